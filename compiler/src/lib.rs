@@ -1,0 +1,7 @@
+//! Compiles Open Shading Language to OpenCL C. See docs/ARCHITECTURE.md for the map.
+
+#![forbid(unsafe_code)]
+
+pub mod ast;
+pub mod diag;
+pub mod source;

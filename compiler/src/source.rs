@@ -1,0 +1,104 @@
+//! Source files and positions in them.
+//!
+//! In: the text of every file that a compilation reads. Out: [`Span`]s that name bytes of those files, and the lookup
+//! from a span to file, line and column. Knows nothing of tokens or syntax.
+
+use std::sync::Arc;
+
+/// Handle of a file in a [`SourceMap`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FileId(pub u32);
+
+/// A half-open byte range `start..end` of one source file, as the user wrote it (before preprocessing).
+///
+/// What comes from a macro carries the span of the macro's use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Span {
+    /// The file.
+    pub file: FileId,
+    /// First byte.
+    pub start: u32,
+    /// One past the last byte.
+    pub end: u32,
+}
+
+impl Span {
+    /// The smallest span that holds both; `self` when they lie in different files.
+    pub fn to(self, other: Span) -> Span {
+        if self.file != other.file {
+            return self;
+        }
+        Span { file: self.file, start: self.start.min(other.start), end: self.end.max(other.end) }
+    }
+}
+
+/// One file: its name as the user or an `#include` gave it, and its text.
+#[derive(Clone, Debug)]
+pub struct SourceFile {
+    /// Path or a name such as `<stdosl.h>`.
+    pub name: String,
+    /// The whole text.
+    pub text: Arc<str>,
+    line_starts: Vec<u32>,
+}
+
+/// A position for people: lines and columns count from 1, columns in characters.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Location {
+    /// File name.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u32,
+    /// Column in characters, from 1.
+    pub column: u32,
+}
+
+/// All files of one compilation.
+#[derive(Clone, Debug, Default)]
+pub struct SourceMap {
+    files: Vec<SourceFile>,
+}
+
+impl SourceMap {
+    /// Adds a file and returns its handle.
+    pub fn add(&mut self, name: impl Into<String>, text: impl Into<Arc<str>>) -> FileId {
+        let text = text.into();
+        let line_starts = std::iter::once(0)
+            .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1))
+            .collect();
+        self.files.push(SourceFile { name: name.into(), text, line_starts });
+        FileId(self.files.len() as u32 - 1)
+    }
+
+    /// The file behind a handle of this map.
+    pub fn file(&self, id: FileId) -> &SourceFile {
+        &self.files[id.0 as usize]
+    }
+
+    /// Number of files.
+    pub fn len(&self) -> usize {
+        self.files.len()
+    }
+
+    /// Whether no file was added yet.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
+    /// Where a span starts.
+    pub fn locate(&self, span: Span) -> Location {
+        let file = self.file(span.file);
+        let line = file.line_starts.partition_point(|&s| s <= span.start) - 1;
+        let start = file.line_starts[line] as usize;
+        let end = (span.start as usize).min(file.text.len());
+        let column = file.text.get(start..end).map_or(0, |t| t.chars().count());
+        Location { file: file.name.clone(), line: line as u32 + 1, column: column as u32 + 1 }
+    }
+
+    /// The text of the line (from 1) of a file, without its end; empty when there is no such line.
+    pub fn line_text(&self, id: FileId, line: u32) -> &str {
+        let file = self.file(id);
+        let Some(&start) = file.line_starts.get(line as usize - 1) else { return "" };
+        file.text[start as usize..].lines().next().unwrap_or("")
+    }
+}
