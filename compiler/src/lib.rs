@@ -3,5 +3,8 @@
 #![forbid(unsafe_code)]
 
 pub mod ast;
+pub mod builtins;
 pub mod diag;
+pub mod ir;
 pub mod source;
+pub mod types;

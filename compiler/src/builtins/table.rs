@@ -1,0 +1,262 @@
+//! The rows of the built-in functions (OSL specification ch. 7), in the order of the specification.
+
+use super::Lowering::{self, *};
+use super::Row;
+
+const fn row(name: &'static str, overloads: &'static [&'static str], lowering: Lowering) -> Row {
+    Row { name, overloads, lowering }
+}
+
+/// Every built-in function.
+pub static TABLE: &[Row] = &[
+    // Mathematical.
+    row("radians", &["T(T)"], Componentwise),
+    row("degrees", &["T(T)"], Componentwise),
+    row("sin", &["T(T)"], Componentwise),
+    row("cos", &["T(T)"], Componentwise),
+    row("tan", &["T(T)"], Componentwise),
+    row("asin", &["T(T)"], Componentwise),
+    row("acos", &["T(T)"], Componentwise),
+    row("atan", &["T(T)"], Componentwise),
+    row("atan2", &["T(T,T)"], Componentwise),
+    row("sincos", &["void(T,out T,out T)"], Direct),
+    row("sinh", &["T(T)"], Componentwise),
+    row("cosh", &["T(T)"], Componentwise),
+    row("tanh", &["T(T)"], Componentwise),
+    row("pow", &["T(T,T)", "triple(triple,float)"], Componentwise),
+    row("exp", &["T(T)"], Componentwise),
+    row("exp2", &["T(T)"], Componentwise),
+    row("expm1", &["T(T)"], Componentwise),
+    row("log", &["T(T)", "T(T,float)"], Componentwise),
+    row("log2", &["T(T)"], Componentwise),
+    row("log10", &["T(T)"], Componentwise),
+    row("logb", &["T(T)"], Componentwise),
+    row("sqrt", &["T(T)"], Componentwise),
+    row("inversesqrt", &["T(T)"], Componentwise),
+    row("cbrt", &["T(T)"], Componentwise),
+    row("hypot", &["float(float,float)", "float(float,float,float)"], Direct),
+    row("abs", &["int(int)", "T(T)"], Componentwise),
+    row("fabs", &["int(int)", "T(T)"], Componentwise),
+    row("sign", &["T(T)"], Componentwise),
+    row("floor", &["T(T)"], Componentwise),
+    row("ceil", &["T(T)"], Componentwise),
+    row("round", &["T(T)"], Componentwise),
+    row("trunc", &["T(T)"], Componentwise),
+    row("fmod", &["T(T,T)", "triple(triple,float)"], Componentwise),
+    row("mod", &["int(int,int)", "T(T,T)", "triple(triple,float)"], Componentwise),
+    row("min", &["int(int,int)", "T(T,T)"], Componentwise),
+    row("max", &["int(int,int)", "T(T,T)"], Componentwise),
+    row("clamp", &["int(int,int,int)", "T(T,T,T)"], Componentwise),
+    row("mix", &["T(T,T,T)", "triple(triple,triple,float)", "closure color(closure color,closure color,float)", "closure color(closure color,closure color,color)"], Special),
+    row("mix_float", &["float(float,float,float)", "vector(vector,vector,vector)"], Internal),
+    row("select", &["T(T,T,T)", "triple(triple,triple,float)", "T(T,T,int)"], Special),
+    row("select_nonzero", &["vector(vector,vector,vector)"], Internal),
+    row("isnan", &["int(float)"], Direct),
+    row("isinf", &["int(float)"], Direct),
+    row("isfinite", &["int(float)"], Direct),
+    row("erf", &["float(float)"], Direct),
+    row("erfc", &["float(float)"], Direct),
+    // Geometric.
+    row("dot", &["float(vector,vector)"], Direct),
+    row("cross", &["vector(vector,vector)"], Direct),
+    row("length", &["float(vector)", "float(normal)"], Direct),
+    row("normalize", &["vector(vector)", "normal(normal)"], Direct),
+    row("distance", &["float(point,point)", "float(point,point,point)"], Direct),
+    row("faceforward", &["vector(vector,vector,vector)", "vector(vector,vector)"], Special),
+    row("faceforward_ref", &["vector(vector,vector,vector)"], Internal),
+    row("reflect", &["vector(vector,vector)"], Direct),
+    row("refract", &["vector(vector,vector,float)"], Direct),
+    row("fresnel", &["void(vector,normal,float,out float,out float)", "void(vector,normal,float,out float,out float,out vector,out vector)"], Direct),
+    row("rotate", &["point(point,float,point,point)", "point(point,float,vector)"], Direct),
+    // Special: named spaces become matrices (`space_matrix`), then a product by kind.
+    row("transform", &["ptype(string,ptype)", "ptype(string,string,ptype)", "ptype(matrix,ptype)"], Special),
+    row("transform_point", &["point(matrix,point)"], Internal),
+    row("transform_vector", &["vector(matrix,vector)"], Internal),
+    row("transform_normal", &["normal(matrix,normal)"], Internal),
+    row("transformu", &["float(string,float)", "float(string,string,float)"], NotYet),
+    // Colour.
+    row("luminance", &["float(color)"], Direct),
+    row("blackbody", &["color(float)"], Direct),
+    row("wavelength_color", &["color(float)"], Direct),
+    // Special: constant space names pick one of the internal conversions below, by way of linear RGB.
+    row("transformc", &["color(string,color)", "color(string,string,color)"], Special),
+    row("hsv_to_rgb", &["color(color)"], Internal),
+    row("rgb_to_hsv", &["color(color)"], Internal),
+    row("hsl_to_rgb", &["color(color)"], Internal),
+    row("rgb_to_hsl", &["color(color)"], Internal),
+    row("yiq_to_rgb", &["color(color)"], Internal),
+    row("rgb_to_yiq", &["color(color)"], Internal),
+    row("xyz_to_rgb", &["color(color)"], Internal),
+    row("rgb_to_xyz", &["color(color)"], Internal),
+    row("xyy_to_rgb", &["color(color)"], Internal),
+    row("rgb_to_xyy", &["color(color)"], Internal),
+    row("srgb_to_rgb", &["color(color)"], Internal),
+    row("rgb_to_srgb", &["color(color)"], Internal),
+    // Matrix.
+    row("getmatrix", &["int(string,string,out matrix)", "int(string,out matrix)"], Special),
+    // space_matrix(i): matrix from space i to common; space_matrix_inverse(i): from common to space i.
+    // i: 0 common/world, 1 object, 2 shader, 3 camera.
+    row("space_matrix", &["matrix(int)"], InternalState),
+    row("space_matrix_inverse", &["matrix(int)"], InternalState),
+    row("determinant", &["float(matrix)"], Direct),
+    row("transpose", &["matrix(matrix)"], Direct),
+    // Pattern.
+    row("step", &["T(T,T)", "triple(float,triple)"], Componentwise),
+    row("linearstep", &["T(T,T,T)", "triple(float,float,triple)"], Componentwise),
+    row("smoothstep", &["T(T,T,T)", "triple(float,float,triple)"], Componentwise),
+    row("smooth_linearstep", &["T(T,T,T,T)", "triple(float,float,triple,float)"], Componentwise),
+    row("aastep", &["float(float,float)", "float(float,float,float)", "float(float,float,float,float)", "float(float,float,string)", "float(float,float,float,string)", "float(float,float,float,float,string)"], NotYet),
+    row("noise", NOISE_NAMED, Special),
+    row("snoise", NOISE, Special),
+    row("cellnoise", NOISE, Special),
+    row("hashnoise", NOISE, Special),
+    row("pnoise", PNOISE_NAMED, Special),
+    row("psnoise", PNOISE, Special),
+    row("pcellnoise", PNOISE, Special),
+    row("phashnoise", PNOISE, Special),
+    row("noise_perlin", NOISE_KIND, Internal),
+    row("noise_uperlin", NOISE_KIND, Internal),
+    row("noise_cell", NOISE_KIND, Internal),
+    row("noise_hash", NOISE_KIND, Internal),
+    row("noise_simplex", NOISE_KIND, Internal),
+    row("noise_usimplex", NOISE_KIND, Internal),
+    row("pnoise_perlin", PNOISE_KIND, Internal),
+    row("pnoise_uperlin", PNOISE_KIND, Internal),
+    row("pnoise_cell", PNOISE_KIND, Internal),
+    row("pnoise_hash", PNOISE_KIND, Internal),
+    row("hash", &["int(int)", "int(float)", "int(float,float)", "int(point)", "int(point,float)", "int(string)"], Special),
+    row("hash_value", &["int(int)", "int(float)", "int(float,float)", "int(vector)", "int(vector,float)"], Internal),
+    row("spline", &["T(string,float,T[])", "T(string,float,int,T[])", "T(string,float,T,T,...)"], Special),
+    row("spline_catmullrom", SPLINE_KIND, Internal),
+    row("spline_bezier", SPLINE_KIND, Internal),
+    row("spline_bspline", SPLINE_KIND, Internal),
+    row("spline_hermite", SPLINE_KIND, Internal),
+    row("spline_linear", SPLINE_KIND, Internal),
+    row("spline_constant", SPLINE_KIND, Internal),
+    row("splineinverse", &["float(string,float,float[])", "float(string,float,int,float[])", "float(string,float,float,float,...)"], Special),
+    row("splineinverse_catmullrom", SPLINEINVERSE_KIND, Internal),
+    row("splineinverse_bezier", SPLINEINVERSE_KIND, Internal),
+    row("splineinverse_bspline", SPLINEINVERSE_KIND, Internal),
+    row("splineinverse_hermite", SPLINEINVERSE_KIND, Internal),
+    row("splineinverse_linear", SPLINEINVERSE_KIND, Internal),
+    row("splineinverse_constant", SPLINEINVERSE_KIND, Internal),
+    // Derivatives.
+    row("Dx", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
+    row("Dy", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
+    row("Dz", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
+    row("filterwidth", &["float(float)", "vector(point)", "vector(vector)"], NotYet),
+    row("area", &["float(point)"], NotYet),
+    row("calculatenormal", &["vector(point)"], NotYet),
+    row("displace", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
+    row("bump", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
+    // Strings.
+    row("printf", &["void(string,...)"], NotYet),
+    row("format", &["string(string,...)"], NotYet),
+    row("error", &["void(string,...)"], NotYet),
+    row("warning", &["void(string,...)"], NotYet),
+    row("fprintf", &["void(string,string,...)"], NotYet),
+    row("concat", &["string(string,string,...)"], NotYet),
+    row("strlen", &["int(string)"], NotYet),
+    row("startswith", &["int(string,string)"], NotYet),
+    row("endswith", &["int(string,string)"], NotYet),
+    row("stoi", &["int(string)"], NotYet),
+    row("stof", &["float(string)"], NotYet),
+    row("split", &["int(string,out string[],string,int)", "int(string,out string[],string)", "int(string,out string[])"], NotYet),
+    row("substr", &["string(string,int)", "string(string,int,int)"], NotYet),
+    row("getchar", &["int(string,int)"], NotYet),
+    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], NotYet),
+    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], NotYet),
+    // Texture.
+    row("texture", &["float(string,float,float,...)", "color(string,float,float,...)", "vector(string,float,float,...)"], NotYet),
+    row("texture3d", &["float(string,point,...)", "color(string,point,...)", "vector(string,point,...)"], NotYet),
+    row("environment", &["float(string,vector,...)", "color(string,vector,...)", "vector(string,vector,...)"], NotYet),
+    row("gettextureinfo", &["int(string,string,...)", "int(string,float,float,string,...)"], NotYet),
+    row("pointcloud_search", &["int(string,point,float,int,...)"], NotYet),
+    row("pointcloud_get", &["int(string,int[],int,string,...)"], NotYet),
+    row("pointcloud_write", &["int(string,point,...)"], NotYet),
+    // Renderer state.
+    row("getattribute", &["int(string,...)"], NotYet),
+    row("setmessage", &["void(string,...)"], NotYet),
+    row("getmessage", &["int(string,...)"], NotYet),
+    row("surfacearea", &["float()"], State),
+    row("raytype", &["int(string)"], Special),
+    row("raytype_bit", &["int(int)"], InternalState),
+    row("backfacing", &["int()"], State),
+    row("isconnected", &["int(any)"], Special),
+    row("isconstant", &["int(any)"], Special),
+    row("iscameraray", &["int()"], Special),
+    row("isdiffuseray", &["int()"], Special),
+    row("isglossyray", &["int()"], Special),
+    row("isshadowray", &["int()"], Special),
+    row("dict_find", &["int(string,string)", "int(int,string)"], NotYet),
+    row("dict_next", &["int(int)"], NotYet),
+    row("dict_value", &["int(int,string,...)"], NotYet),
+    row("trace", &["int(point,vector,...)"], NotYet),
+    row("arraylength", &["int(any[])"], Special),
+    row("exit", &["void()"], Special),
+    row("random", &["float()", "color()", "point()", "vector()", "normal()"], NotYet),
+];
+
+/// Unnamed noise: float and triple results of every coordinate shape.
+const NOISE: &[&str] = &[
+    "float(float)", "float(float,float)", "float(point)", "float(point,float)",
+    "color(float)", "color(float,float)", "color(point)", "color(point,float)",
+    "vector(float)", "vector(float,float)", "vector(point)", "vector(point,float)",
+    "point(float)", "point(float,float)", "point(point)", "point(point,float)",
+    "normal(float)", "normal(float,float)", "normal(point)", "normal(point,float)",
+];
+
+/// `noise` also takes the kind first, and options after the coordinates.
+const NOISE_NAMED: &[&str] = &[
+    "float(float)", "float(float,float)", "float(point)", "float(point,float)",
+    "color(float)", "color(float,float)", "color(point)", "color(point,float)",
+    "vector(float)", "vector(float,float)", "vector(point)", "vector(point,float)",
+    "point(float)", "point(float,float)", "point(point)", "point(point,float)",
+    "normal(float)", "normal(float,float)", "normal(point)", "normal(point,float)",
+    "float(string,float,...)", "float(string,float,float,...)", "float(string,point,...)", "float(string,point,float,...)",
+    "color(string,float,...)", "color(string,float,float,...)", "color(string,point,...)", "color(string,point,float,...)",
+    "vector(string,float,...)", "vector(string,float,float,...)", "vector(string,point,...)", "vector(string,point,float,...)",
+    "point(string,float,...)", "point(string,float,float,...)", "point(string,point,...)", "point(string,point,float,...)",
+    "normal(string,float,...)", "normal(string,float,float,...)", "normal(string,point,...)", "normal(string,point,float,...)",
+];
+
+/// Periodic noise: coordinates, then periods of the same shape.
+const PNOISE: &[&str] = &[
+    "float(float,float)", "float(float,float,float,float)", "float(point,point)", "float(point,float,point,float)",
+    "color(float,float)", "color(float,float,float,float)", "color(point,point)", "color(point,float,point,float)",
+    "vector(float,float)", "vector(float,float,float,float)", "vector(point,point)", "vector(point,float,point,float)",
+    "point(float,float)", "point(float,float,float,float)", "point(point,point)", "point(point,float,point,float)",
+    "normal(float,float)", "normal(float,float,float,float)", "normal(point,point)", "normal(point,float,point,float)",
+];
+
+/// `pnoise` also takes the kind first, and options at the end.
+const PNOISE_NAMED: &[&str] = &[
+    "float(float,float)", "float(float,float,float,float)", "float(point,point)", "float(point,float,point,float)",
+    "color(float,float)", "color(float,float,float,float)", "color(point,point)", "color(point,float,point,float)",
+    "vector(float,float)", "vector(float,float,float,float)", "vector(point,point)", "vector(point,float,point,float)",
+    "point(float,float)", "point(float,float,float,float)", "point(point,point)", "point(point,float,point,float)",
+    "normal(float,float)", "normal(float,float,float,float)", "normal(point,point)", "normal(point,float,point,float)",
+    "float(string,float,float,...)", "float(string,float,float,float,float,...)", "float(string,point,point,...)", "float(string,point,float,point,float,...)",
+    "color(string,float,float,...)", "color(string,float,float,float,float,...)", "color(string,point,point,...)", "color(string,point,float,point,float,...)",
+    "vector(string,float,float,...)", "vector(string,float,float,float,float,...)", "vector(string,point,point,...)", "vector(string,point,float,point,float,...)",
+    "point(string,float,float,...)", "point(string,float,float,float,float,...)", "point(string,point,point,...)", "point(string,point,float,point,float,...)",
+    "normal(string,float,float,...)", "normal(string,float,float,float,float,...)", "normal(string,point,point,...)", "normal(string,point,float,point,float,...)",
+];
+
+/// One kind of noise after its name was resolved.
+const NOISE_KIND: &[&str] = &[
+    "float(float)", "float(float,float)", "float(vector)", "float(vector,float)",
+    "vector(float)", "vector(float,float)", "vector(vector)", "vector(vector,float)",
+];
+
+/// One kind of periodic noise after its name was resolved.
+const PNOISE_KIND: &[&str] = &[
+    "float(float,float)", "float(float,float,float,float)", "float(vector,vector)", "float(vector,float,vector,float)",
+    "vector(float,float)", "vector(float,float,float,float)", "vector(vector,vector)", "vector(vector,float,vector,float)",
+];
+
+/// One basis: position, knots.
+const SPLINE_KIND: &[&str] = &["float(float,float[])", "vector(float,vector[])"];
+
+/// The inverse of one basis: value, knots.
+const SPLINEINVERSE_KIND: &[&str] = &["float(float,float[])"];
