@@ -1,0 +1,57 @@
+// Between a generated material and the renderer: the lobe it picked, and what it emits.
+//
+// A material function, its name in Artifact.entry, is
+//     void ENTRY(const ShaderGlobals *sg, real pick, ShadeResult *out);
+// `pick` is uniform in [0,1). It calls, for every lobe slot with non-zero weight,
+//     Lobe lobe = closure_NAME_CODES(args...);          // kernels/bsdf/NAME.h; CODES as in the table of built-ins
+//     lobe_offer(out, &choice, &lobe, weight, wo);      // kernels/bsdf/pick.h; wo = -sg->I
+// and adds emission, background and holdout itself. String arguments are string ids (strings.h).
+#ifndef OSLCL_LOBE_H
+#define OSLCL_LOBE_H
+
+#include "real.h"
+
+// Lobe types. HAS_LOBE_<NAME> is defined for those that the scene uses; no code of the others is compiled.
+#define LOBE_NONE 0
+#define LOBE_DIFFUSE 1
+#define LOBE_OREN_NAYAR 2
+#define LOBE_TRANSLUCENT 3
+#define LOBE_PHONG 4
+#define LOBE_WARD 5
+#define LOBE_MICROFACET 6
+#define LOBE_REFLECTION 7
+#define LOBE_REFRACTION 8
+#define LOBE_TRANSPARENT 9
+#define LOBE_CONDUCTOR 10
+
+// Flags of a lobe.
+#define LOBE_BECKMANN 1      // else GGX
+#define LOBE_REFLECTS 2
+#define LOBE_TRANSMITS 4
+
+typedef struct {
+    int type;      // LOBE_*
+    int flags;
+    real3 weight;  // colour weight; after picking divided by the probability of the pick
+    real3 N;       // unit normal of the lobe, on the viewer's side
+    real3 T;       // tangent for anisotropy; need not be normalised or perpendicular; zero: any
+    real ax, ay;   // roughness (alpha; Phong: exponent; Oren-Nayar: sigma) along T and across
+    real eta;      // relative index of refraction: below the surface over above, as the shader gave it
+    real3 c0, c1;  // conductor: index of refraction and extinction
+} Lobe;
+
+typedef struct {
+    Lobe lobe;        // type LOBE_NONE: nothing scatters
+    real3 emission;   // radiance towards the viewer, W / (m^2 sr) per channel; only the front side emits
+    real3 background; // radiance of the environment in direction I
+    real3 holdout;    // weight of holdout, 0..1 per channel
+} ShadeResult;
+
+// Running state of the weighted choice among the offered lobes.
+typedef struct {
+    real u;      // uniform in [0,1), rescaled at each step
+    real total;  // sum of the importances so far
+    real chosen; // importance of the lobe in hand
+} LobeChoice;
+
+#endif

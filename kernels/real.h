@@ -1,0 +1,42 @@
+// The working precision. Every kernel is written over `real`; the host picks it:
+//   f32: -cl-single-precision-constant (literals carry no suffix)
+//   f64: -D OSLCL_F64
+// Buffers hold reals tightly packed: triples are read and written with vload3/vstore3 (load_real3, store_real3).
+#ifndef OSLCL_REAL_H
+#define OSLCL_REAL_H
+
+#ifdef OSLCL_F64
+#pragma OPENCL EXTENSION cl_khr_fp64 : enable
+typedef double real;
+typedef double2 real2;
+typedef double3 real3;
+typedef double4 real4;
+typedef long real_bits;
+#define convert_real(x) convert_double(x)
+#define convert_real3(x) convert_double3(x)
+#define as_real_bits(x) as_long(x)
+#define REAL_MAX DBL_MAX
+#define REAL_EPSILON DBL_EPSILON
+#else
+typedef float real;
+typedef float2 real2;
+typedef float3 real3;
+typedef float4 real4;
+typedef int real_bits;
+#define convert_real(x) convert_float(x)
+#define convert_real3(x) convert_float3(x)
+#define as_real_bits(x) as_int(x)
+#define REAL_MAX FLT_MAX
+#define REAL_EPSILON FLT_EPSILON
+#endif
+
+#define PI 3.14159265358979323846
+#define INV_PI 0.31830988618379067154
+
+static inline real3 load_real3(__global const real *p, size_t i) { return vload3(i, p); }
+static inline void store_real3(real3 v, size_t i, __global real *p) { vstore3(v, i, p); }
+static inline real3 make_real3(real x, real y, real z) { return (real3)(x, y, z); }
+static inline real max_component(real3 v) { return fmax(v.x, fmax(v.y, v.z)); }
+static inline int is_zero3(real3 v) { return v.x == 0 && v.y == 0 && v.z == 0; }
+
+#endif

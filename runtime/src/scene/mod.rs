@@ -1,0 +1,127 @@
+//! A scene as data: what a scene file says, checked and loaded, before anything is planned or uploaded.
+//!
+//! In: the readers of this folder build it, or a program that embeds the renderer. Out: read by `plan`, `accel`, `render`.
+//! It must not know OpenCL, kernels, or the compiler. World space is right-handed; any axis may point up.
+
+use glam::{DAffine3, DVec3, Vec2, Vec3};
+use std::path::PathBuf;
+
+/// Everything that is rendered.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The camera.
+    pub camera: Camera,
+    /// The picture.
+    pub film: Film,
+    /// Paths and samples.
+    pub integrator: Integrator,
+    /// Shared geometry.
+    pub meshes: Vec<Mesh>,
+    /// Placed geometry.
+    pub instances: Vec<Instance>,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// The material whose shader gives the radiance of rays that leave the scene; black without one.
+    pub environment: Option<MaterialId>,
+}
+
+/// Index into [`Scene::meshes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MeshId(pub u32);
+
+/// Index into [`Scene::materials`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MaterialId(pub u32);
+
+/// A perspective camera, pinhole or thin lens.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Position, world space.
+    pub origin: DVec3,
+    /// Point in the middle of the picture, world space.
+    pub target: DVec3,
+    /// Up in the picture; not parallel to the view direction.
+    pub up: DVec3,
+    /// Horizontal field of view in degrees, in (0, 180).
+    pub hfov_degrees: f64,
+    /// Lens radius in world units; 0: pinhole.
+    pub lens_radius: f64,
+    /// Distance of the plane in focus along the view direction, world units, > 0; used when `lens_radius` > 0.
+    pub focus_distance: f64,
+}
+
+/// Size of the picture in pixels, both at least 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Film {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+}
+
+/// How paths are traced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Integrator {
+    /// Samples per pixel, at least 1.
+    pub samples: u32,
+    /// Edges of the longest path, at least 1: d edges are at most d - 1 surface scattering events.
+    pub max_depth: u32,
+    /// Bounce after which Russian roulette may end a path; `None`: never.
+    pub roulette_from: Option<u32>,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+/// An indexed triangle mesh in its object space.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// For messages and profiles.
+    pub name: String,
+    /// Vertex positions, all finite.
+    pub positions: Vec<Vec3>,
+    /// Shading normals per vertex (unit, or zero where unknown), or empty: flat.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates per vertex, or empty: barycentrics 0..1 per triangle.
+    pub uvs: Vec<Vec2>,
+    /// Indices into the above, all in range. Front side: counter-clockwise.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A mesh placed in the world with a material.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// What.
+    pub mesh: MeshId,
+    /// Object to world; invertible.
+    pub transform: DAffine3,
+    /// Its material.
+    pub material: MaterialId,
+}
+
+/// A shader with parameter values.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Name in the scene file.
+    pub name: String,
+    /// The OSL file, for messages and relative includes.
+    pub path: PathBuf,
+    /// OSL source text.
+    pub source: String,
+    /// Parameter values by name.
+    pub params: Vec<(String, ParamValue)>,
+}
+
+/// A parameter value; how it fits the declared type is for the compiler to check.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParamValue {
+    /// int (also fits float).
+    Int(i64),
+    /// float.
+    Float(f64),
+    /// string.
+    Str(String),
+    /// Triples, matrices and arrays of numbers.
+    Floats(Vec<f64>),
+    /// Arrays of strings.
+    Strs(Vec<String>),
+}
