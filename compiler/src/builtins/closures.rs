@@ -65,7 +65,11 @@ pub static CLOSURES: &[ClosureRow] = &[
     row("transparent_bsdf", "", NotYet),
     row("subsurface_bssrdf", "normal,color,color,float", NotYet),
     row("sheen_bsdf", "normal,color,float", NotYet),
-    row("chiang_hair_bsdf", "normal,vector,color,color,color,float,float,vector,vector,vector,color,float,float,float", NotYet),
+    row(
+        "chiang_hair_bsdf",
+        "normal,vector,color,color,color,float,float,vector,vector,vector,color,float,float,float",
+        NotYet,
+    ),
     row("anisotropic_vdf", "color,color,float", NotYet),
     row("medium_vdf", "color,float,color,float,float,int", NotYet),
     row("uniform_edf", "color", NotYet),
