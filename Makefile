@@ -1,0 +1,30 @@
+# `make render` shows a picture; `make test` passes the tests. Both set up what is missing on a Debian or Ubuntu with Rust.
+
+CARGO ?= cargo
+OSLCL := target/release/oslcl
+OUT := out
+
+.PHONY: help render test build device lint clean
+
+help: ## List the targets
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
+
+render: device ## Build, then render the gallery of shipped materials to out/gallery.png
+	mkdir -p $(OUT)
+	$(OSLCL) render scenes/gallery.toml -o $(OUT)/gallery.png
+
+test: lint device ## Format, lints, documentation and every test
+	$(CARGO) test --release --workspace --no-fail-fast
+
+build: ## Build the oslcl command
+	$(CARGO) build --release --package oslcl-runtime
+
+device: build ## Make sure that there is an OpenCL device, from the system's packages when there is none
+	scripts/ensure-device $(OSLCL)
+
+lint: ## Format, clippy and rustdoc, each where its tool is installed
+	scripts/lint
+
+clean: ## Remove what was built and rendered
+	$(CARGO) clean
+	rm -rf $(OUT)
