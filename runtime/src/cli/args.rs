@@ -1,0 +1,194 @@
+//! The command line as clap sees it: names, help texts, and values parsed to types.
+//!
+//! In: nothing. Out: [`Cli`], which the commands of this folder carry out. It must not know how.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Compiles Open Shading Language materials and renders scenes with them on any OpenCL device.
+#[derive(Debug, Parser)]
+#[command(name = "oslcl", version, propagate_version = true, arg_required_else_help = true)]
+#[command(after_help = "A first picture:  oslcl render scenes/gallery.toml -o gallery.png\n\
+                        Your own shader:  oslcl check my.osl && oslcl shade my.osl -o Cout=out.exr")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Say more of what happens: -v timings of each stage, -vv everything.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to a picture.
+    Render(RenderArgs),
+    /// Compile OSL files to OpenCL C (.cl) and reflection (.json).
+    Compile(CompileArgs),
+    /// Check OSL files for errors and warnings; writes nothing.
+    Check(CheckArgs),
+    /// Show a shader's parameters and metadata.
+    Info(InfoArgs),
+    /// Show which effects a scene needs, who asked for them, and what they add.
+    Plan(PlanArgs),
+    /// List the OpenCL devices.
+    Devices,
+    /// Run a shader over a grid of points and write its output parameters.
+    Shade(ShadeArgs),
+}
+
+/// How exact the arithmetic is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionArg {
+    /// 32-bit floats with relaxed rules (-cl-fast-relaxed-math): fastest.
+    Fast,
+    /// 32-bit floats.
+    Standard,
+    /// 64-bit floats: the reference that the others are measured against.
+    Reference,
+}
+
+/// Where OSL files look for includes, and macros.
+#[derive(Debug, Args)]
+pub struct SourceArgs {
+    /// Folder to search for #include files; may be repeated.
+    #[arg(short = 'I', long = "include", value_name = "DIR")]
+    pub include: Vec<PathBuf>,
+    /// Define a preprocessor macro; may be repeated.
+    #[arg(short = 'D', long = "define", value_name = "NAME[=VALUE]")]
+    pub define: Vec<String>,
+}
+
+/// Arguments of `oslcl render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// The scene (.toml; docs/scene.md describes it).
+    pub scene: PathBuf,
+    /// The picture: .exr (linear) or .png (sRGB).
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Samples per pixel [default: the scene's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: Option<u32>,
+    /// Size of the picture in pixels [default: the scene's].
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Longest path, counted in edges [default: the scene's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub depth: Option<u32>,
+    /// Stop after this many seconds, whatever samples are done.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    pub time: Option<f64>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name [default: the first GPU, else CPU].
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
+    /// Seed of the random numbers; the same seed gives the same bits [default: the scene's].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// How exact the arithmetic is.
+    #[arg(long, value_enum, default_value = "standard")]
+    pub precision: PrecisionArg,
+    /// Exposure of a .png in stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true)]
+    pub exposure: f64,
+    /// No progress bar and no summary.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `oslcl compile`.
+#[derive(Debug, Args)]
+pub struct CompileArgs {
+    /// OSL files.
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Folder for the .cl and .json files [default: next to each source].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Bind a parameter (with one file): a number, numbers with commas, or text; may be repeated.
+    #[arg(short, long = "param", value_name = "NAME=VALUE")]
+    pub param: Vec<String>,
+    /// Includes and macros.
+    #[command(flatten)]
+    pub source: SourceArgs,
+}
+
+/// Arguments of `oslcl check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// OSL files.
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Includes and macros.
+    #[command(flatten)]
+    pub source: SourceArgs,
+}
+
+/// Arguments of `oslcl info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// An OSL file, or the name of a shipped material.
+    pub shader: PathBuf,
+    /// Print JSON for tools.
+    #[arg(long)]
+    pub json: bool,
+    /// Includes and macros.
+    #[command(flatten)]
+    pub source: SourceArgs,
+}
+
+/// Arguments of `oslcl plan`.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// The scene.
+    pub scene: PathBuf,
+    /// Print JSON for tools.
+    #[arg(long)]
+    pub json: bool,
+    /// How exact the arithmetic is.
+    #[arg(long, value_enum, default_value = "standard")]
+    pub precision: PrecisionArg,
+}
+
+/// Arguments of `oslcl shade`.
+#[derive(Debug, Args)]
+pub struct ShadeArgs {
+    /// An OSL file, or the name of a shipped material.
+    pub shader: PathBuf,
+    /// Points of the grid across and down; u and v run from 0 to 1 (0.5 on a single point), P = (u, v, 1).
+    #[arg(short, long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], default_values_t = [1, 1],
+          value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub grid: Vec<u32>,
+    /// Write an output parameter to an .exr file; without any, all outputs are printed as text. May be repeated.
+    #[arg(short, long = "output", value_name = "PARAM=FILE")]
+    pub output: Vec<String>,
+    /// Bind a parameter: a number, numbers with commas, or text; may be repeated.
+    #[arg(short, long = "param", value_name = "NAME=VALUE")]
+    pub param: Vec<String>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
+    /// How exact the arithmetic is.
+    #[arg(long, value_enum, default_value = "standard")]
+    pub precision: PrecisionArg,
+    /// Includes and macros.
+    #[command(flatten)]
+    pub source: SourceArgs,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let (w, h) = text.split_once(['x', 'X']).ok_or("expected WIDTHxHEIGHT, such as 640x480")?;
+    let side = |s: &str| match s.parse::<u32>() {
+        Ok(n @ 1..=65536) => Ok(n),
+        _ => Err(format!("`{s}` is not a whole number from 1 to 65536")),
+    };
+    Ok((side(w)?, side(h)?))
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(s) if s.is_finite() && s > 0.0 => Ok(s),
+        _ => Err(format!("`{text}` is not a positive number of seconds")),
+    }
+}
