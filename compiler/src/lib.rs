@@ -6,5 +6,7 @@ pub mod ast;
 pub mod builtins;
 pub mod diag;
 pub mod ir;
+pub mod parse;
+pub mod preprocess;
 pub mod source;
 pub mod types;
