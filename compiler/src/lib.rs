@@ -4,9 +4,12 @@
 
 pub mod ast;
 pub mod builtins;
+pub mod check;
 pub mod diag;
 pub mod ir;
+pub mod lower;
 pub mod parse;
 pub mod preprocess;
+pub mod reflect;
 pub mod source;
 pub mod types;

@@ -9,6 +9,7 @@
 //! `const ShaderGlobals *sg` first.
 
 mod closures;
+pub mod sig;
 mod table;
 
 pub use closures::{CLOSURES, ClosureRole, ClosureRow};
@@ -57,7 +58,7 @@ pub struct Row {
 
 /// The row with this name that users can call or, for internal names, that `lower` targets.
 pub fn find(name: &str) -> Option<FuncId> {
-    TABLE.iter().position(|row| row.name == name).map(|i| FuncId(i as u16))
+    sig::by_name(name)
 }
 
 /// The row behind a handle.

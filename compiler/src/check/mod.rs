@@ -1,0 +1,169 @@
+//! Binds names, resolves types and overloads, and reports what is wrong.
+//!
+//! In: the syntax tree. Out: the typed tree ([`typed`]) and the reflection ([`crate::reflect`]). Goes on after an error, so
+//! that one run finds several. It must not know the IR or any target.
+//!
+//! Codes: `E2001` unknown name, `E2002` unknown type, `E2003` type mismatch, `E2004` no overload fits, `E2005` ambiguous
+//! call, `E2006` not assignable, `E2007` redeclared, `E2008` control flow out of place, `E2009` missing return, `E2010`
+//! recursion, `E2011` arrays, `E2012` structs, `E2013` shaders and parameters, `E2014` metadata; `W2001` shadowing and
+//! the like.
+
+mod call;
+mod constant;
+mod convert;
+mod decl;
+mod expr;
+mod init;
+mod operator;
+mod recursion;
+mod scope;
+mod stmt;
+mod suggest;
+pub mod typed;
+
+pub use suggest::closest;
+
+use crate::ast;
+use crate::diag::Diagnostic;
+use crate::reflect::ShaderInfo;
+use crate::source::{FileId, Span};
+use crate::types::{Base, Extent, StructId, Type};
+use scope::Scopes;
+use typed::{Expr, FunctionId, Var, VarId, VarKind};
+
+/// What checking yields.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    /// The typed tree.
+    pub shader: typed::Shader,
+    /// What tools ask of it.
+    pub info: ShaderInfo,
+    /// Warnings.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Most findings of one run.
+const MAX_ERRORS: usize = 100;
+
+/// Checks a file. Errors come in source order, warnings among them only on success.
+pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
+    let mut checker = Checker::default();
+    checker.scopes.enter();
+    checker.declare_globals();
+    checker.scopes.enter();
+    let result = checker.file(file);
+    let errors = checker.errors;
+    match result {
+        Some((shader, info)) if errors.is_empty() => Ok(Checked { shader, info, warnings: checker.warnings }),
+        _ => {
+            let mut errors = errors;
+            if errors.is_empty() {
+                errors.push(
+                    Diagnostic::global("E2013", "the file holds no shader")
+                        .help("declare one: `surface name() { ... }`"),
+                );
+            }
+            errors.truncate(MAX_ERRORS);
+            Err(errors)
+        }
+    }
+}
+
+/// Carries the state of a run.
+#[derive(Default)]
+pub(crate) struct Checker {
+    errors: Vec<Diagnostic>,
+    warnings: Vec<Diagnostic>,
+    scopes: Scopes,
+    vars: Vec<Var>,
+    structs: Vec<typed::Struct>,
+    functions: Vec<typed::Function>,
+    /// Who calls whom, and where.
+    calls: Vec<(FunctionId, FunctionId, Span)>,
+    /// The function whose body is being checked.
+    current: Option<FunctionId>,
+    /// Loops around the present statement.
+    loops: u32,
+    /// The result type that `return` must give; `None` outside of bodies.
+    returns: Option<Type>,
+    /// A `return` was seen in the present function.
+    returned: bool,
+    /// The kind of the shader, once known.
+    kind: String,
+}
+
+impl Checker {
+    fn error(&mut self, d: Diagnostic) {
+        if self.errors.len() < MAX_ERRORS {
+            self.errors.push(d);
+        }
+    }
+
+    /// Reports and yields `None`: the way out of expressions.
+    fn fail<T>(&mut self, d: Diagnostic) -> Option<T> {
+        self.error(d);
+        None
+    }
+
+    fn var(&self, id: VarId) -> &Var {
+        &self.vars[id.0 as usize]
+    }
+
+    fn new_var(&mut self, var: Var) -> VarId {
+        self.vars.push(var);
+        VarId(self.vars.len() as u32 - 1)
+    }
+
+    /// The type in the user's words: `float[4]`, `Light`, `closure color`.
+    fn show(&self, ty: Type) -> String {
+        let base = match ty.base {
+            Base::Struct(StructId(i)) => self.structs[i as usize].name.clone(),
+            base => base.keyword().to_string(),
+        };
+        match ty.extent {
+            Extent::Scalar => base,
+            Extent::Fixed(n) => format!("{base}[{n}]"),
+            Extent::Unsized => format!("{base}[]"),
+        }
+    }
+
+    fn declare_globals(&mut self) {
+        use Base::*;
+        // Name, type, writable. The reference front end protects these few only; the specification's table depends on
+        // the shader's kind (LANGUAGE: chapter 6), but shaders in the wild write P and N in surfaces too.
+        const GLOBALS: [(&str, Base, bool); 13] = [
+            ("P", Point, true),
+            ("I", Vector, true),
+            ("N", Normal, true),
+            ("Ng", Normal, false),
+            ("u", Float, false),
+            ("v", Float, false),
+            ("dPdu", Vector, false),
+            ("dPdv", Vector, false),
+            ("Ps", Point, false),
+            ("time", Float, false),
+            ("dtime", Float, false),
+            ("dPdtime", Vector, false),
+            ("Ci", Closure, true),
+        ];
+        for (name, base, writable) in GLOBALS {
+            let span = Span { file: FileId(0), start: 0, end: 0 };
+            let var = Var { name: name.into(), ty: Type::scalar(base), kind: VarKind::Global, writable, span };
+            let id = self.new_var(var);
+            self.scopes.declare_var(name, id);
+        }
+    }
+
+    /// An expression of type int that is true when `expr` is; reports types that have no truth.
+    fn truth(&mut self, expr: Expr) -> Option<Expr> {
+        if expr.ty == Type::INT {
+            return Some(expr);
+        }
+        if expr.ty.is_array() || matches!(expr.ty.base, Base::Void | Base::Struct(_)) {
+            let message = format!("{} cannot be a condition", self.show(expr.ty));
+            return self.fail(Diagnostic::error("E2003", expr.span, message));
+        }
+        let span = expr.span;
+        Some(Expr { kind: typed::ExprKind::Truth(Box::new(expr)), ty: Type::INT, span })
+    }
+}

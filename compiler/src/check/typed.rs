@@ -1,0 +1,237 @@
+//! The typed tree: what [`super::check`] yields and [`crate::lower`] reads.
+//!
+//! Names are bound to handles, overloads are chosen, implicit conversions are [`ExprKind::Convert`] nodes.
+
+use crate::ast::{BinaryOp, IncDecOp};
+use crate::builtins::{ClosureId, FuncId};
+use crate::source::Span;
+use crate::types::{Base, StructId, Type};
+
+/// Handle of a [`Var`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct VarId(pub u32);
+
+/// Handle of a [`Function`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FunctionId(pub u32);
+
+/// What a variable is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VarKind {
+    /// A shader global, by its OSL name ([`Var::name`]).
+    Global,
+    /// The shader parameter with this index.
+    ShaderParam(u32),
+    /// A function's parameter.
+    FunctionParam,
+    /// A local variable.
+    Local,
+}
+
+/// A variable.
+#[derive(Clone, Debug)]
+pub struct Var {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    pub ty: Type,
+    /// What it is.
+    pub kind: VarKind,
+    /// Whether it may be assigned.
+    pub writable: bool,
+    /// Its declaration.
+    pub span: Span,
+}
+
+/// A struct's layout.
+#[derive(Clone, Debug)]
+pub struct Struct {
+    /// Its name.
+    pub name: String,
+    /// Fields in order.
+    pub fields: Vec<(String, Type)>,
+}
+
+/// A user's function.
+#[derive(Clone, Debug)]
+pub struct Function {
+    /// Its name.
+    pub name: String,
+    /// Result.
+    pub ret: Type,
+    /// Parameters: the variable, and whether it is `output`.
+    pub params: Vec<(VarId, bool)>,
+    /// `None`: declared only.
+    pub body: Option<Vec<Stmt>>,
+    /// The declaration.
+    pub span: Span,
+}
+
+/// A shader parameter.
+#[derive(Clone, Debug)]
+pub struct Param {
+    /// The variable.
+    pub var: VarId,
+    /// Declared `output`.
+    pub output: bool,
+    /// Default value; `None` for an empty list.
+    pub init: Option<Expr>,
+    /// `lockgeom = 0`, `interpolated = 1` or `interactive = 1` in its metadata.
+    pub varying: bool,
+}
+
+/// A checked shader with all that it calls.
+#[derive(Clone, Debug)]
+pub struct Shader {
+    /// Name.
+    pub name: String,
+    /// Kind as written.
+    pub kind: String,
+    /// Parameters.
+    pub params: Vec<Param>,
+    /// Body.
+    pub body: Vec<Stmt>,
+    /// All variables of the file.
+    pub vars: Vec<Var>,
+    /// All structs of the file.
+    pub structs: Vec<Struct>,
+    /// All functions of the file.
+    pub functions: Vec<Function>,
+}
+
+impl Shader {
+    /// The variable behind a handle of this shader.
+    pub fn var(&self, id: VarId) -> &Var {
+        &self.vars[id.0 as usize]
+    }
+
+    /// The struct behind a handle of this shader.
+    pub fn structure(&self, id: StructId) -> &Struct {
+        &self.structs[id.0 as usize]
+    }
+}
+
+/// A typed expression.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// Which.
+    pub kind: ExprKind,
+    /// Type of the result.
+    pub ty: Type,
+    /// Where.
+    pub span: Span,
+}
+
+/// What a call goes to.
+#[derive(Clone, Debug)]
+pub enum Callee {
+    /// A user's function.
+    User(FunctionId),
+    /// A built-in with the types of the chosen overload's formals; `outputs[i]` tells whether argument i is written.
+    /// Optional arguments behind the formals have no entry.
+    Builtin {
+        /// The row.
+        id: FuncId,
+        /// Formal types of the chosen overload.
+        formals: Vec<Type>,
+        /// Which are outputs.
+        outputs: Vec<bool>,
+    },
+    /// A closure; token/value arguments follow the `formals`.
+    Closure {
+        /// The row.
+        id: ClosureId,
+        /// Number of formal arguments.
+        formals: usize,
+    },
+}
+
+/// Expressions. Truth tests are [`ExprKind::Truth`]; conditions are ints after it.
+#[derive(Clone, Debug)]
+pub enum ExprKind {
+    /// int
+    Int(i32),
+    /// float
+    Float(f64),
+    /// string
+    Str(String),
+    /// A variable as a whole.
+    Var(VarId),
+    /// Array element.
+    Index(Box<Expr>, Box<Expr>),
+    /// Component of a triple.
+    Component(Box<Expr>, Box<Expr>),
+    /// Matrix element: matrix, row, column.
+    Element(Box<Expr>, Box<Expr>, Box<Expr>),
+    /// Field of a struct by index.
+    Field(Box<Expr>, u32),
+    /// A call.
+    Call(Callee, Vec<Expr>),
+    /// `color(...)`, `matrix(...)`...: arguments are converted (floats, or leading strings for spaces).
+    Construct(Vec<Expr>),
+    /// A struct from its fields, or an array from its elements. Missing trailing array elements are undefined.
+    List(Vec<Expr>),
+    /// Conversion to the expression's type.
+    Convert(Box<Expr>),
+    /// `!= 0` of any type; int result.
+    Truth(Box<Expr>),
+    /// `-` (also of closures)
+    Neg(Box<Expr>),
+    /// `!` of an int
+    Not(Box<Expr>),
+    /// `~`
+    Compl(Box<Expr>),
+    /// Operands of equal type, closures aside (`closure * color`). `And`/`Or` take ints and short-circuit.
+    Binary(BinaryOp, Box<Expr>, Box<Expr>),
+    /// `++` and `--` on an int or float lvalue.
+    IncDec(IncDecOp, Box<Expr>),
+    /// `lhs = rhs`, both of the expression's type.
+    Assign(Box<Expr>, Box<Expr>),
+    /// `lhs op= rhs`: computed in the type of `rhs`, then converted to that of `lhs`.
+    AssignOp(BinaryOp, Box<Expr>, Box<Expr>),
+    /// Condition is an int.
+    Ternary(Box<Expr>, Box<Expr>, Box<Expr>),
+    /// Evaluates all, is the last.
+    Comma(Vec<Expr>),
+}
+
+/// A typed statement.
+#[derive(Clone, Debug)]
+pub enum Stmt {
+    /// A local variable comes to life.
+    Declare(VarId, Option<Expr>),
+    /// For its effect.
+    Expr(Expr),
+    /// A scope.
+    Block(Vec<Stmt>),
+    /// `if`
+    If(Expr, Vec<Stmt>, Vec<Stmt>),
+    /// Any loop. `init` ran before; the condition is an int, absent: true.
+    Loop {
+        /// Tested before each turn.
+        cond: Option<Expr>,
+        /// The condition is tested after the body (do-while).
+        after: bool,
+        /// After each turn.
+        step: Option<Expr>,
+        /// Body.
+        body: Vec<Stmt>,
+    },
+    /// `break`
+    Break,
+    /// `continue`
+    Continue,
+    /// `return`
+    Return(Option<Expr>, Span),
+}
+
+impl Type {
+    /// Result of functions that return nothing.
+    pub(crate) const VOID: Type = Type::scalar(Base::Void);
+    /// int
+    pub(crate) const INT: Type = Type::scalar(Base::Int);
+    /// float
+    pub(crate) const FLOAT: Type = Type::scalar(Base::Float);
+    /// string
+    pub(crate) const STRING: Type = Type::scalar(Base::String);
+}

@@ -1,0 +1,477 @@
+//! Built-ins that are not one IR call: names resolved to functions, spaces to matrices, polymorphism spelt out.
+//!
+//! A name that is a literal is resolved here. One that only a parameter's value tells becomes a chain of comparisons, which
+//! specialisation and folding cut down to one branch.
+
+use super::place::Place;
+use super::{Lower, ir_type};
+use crate::check::typed::{Expr, ExprKind};
+use crate::diag::Diagnostic;
+use crate::ir::{Arg, BinaryOp, Const, Global, Inst, Stmt, Ty, ValueId};
+use crate::source::Span;
+use crate::types::{Base, Type};
+
+/// Noise kinds by name, with the suffix of their rows.
+const NOISE_KINDS: [(&str, &str); 9] = [
+    ("uperlin", "uperlin"),
+    ("noise", "uperlin"),
+    ("perlin", "perlin"),
+    ("snoise", "perlin"),
+    ("cell", "cell"),
+    ("hash", "hash"),
+    ("simplex", "simplex"),
+    ("usimplex", "usimplex"),
+    ("cellnoise", "cell"),
+];
+
+const PERIODIC_KINDS: [(&str, &str); 7] = [
+    ("uperlin", "uperlin"),
+    ("noise", "uperlin"),
+    ("perlin", "perlin"),
+    ("snoise", "perlin"),
+    ("cell", "cell"),
+    ("cellnoise", "cell"),
+    ("hash", "hash"),
+];
+
+const SPLINES: [(&str, &str); 6] = [
+    ("catmull-rom", "catmullrom"),
+    ("bezier", "bezier"),
+    ("bspline", "bspline"),
+    ("hermite", "hermite"),
+    ("linear", "linear"),
+    ("constant", "constant"),
+];
+
+/// Spaces by name, with their number in `space_matrix`.
+const SPACES: [(&str, i32); 5] = [("common", 0), ("world", 0), ("object", 1), ("shader", 2), ("camera", 3)];
+
+/// Ray types by name, with their bit in `ShaderGlobals.raytype` (kernels/globals.h).
+const RAY_TYPES: [(&str, i32); 6] =
+    [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
+
+/// Colour spaces by name: row to linear RGB and from it; `None`: is linear RGB.
+const COLOR_SPACES: [(&str, Option<(&str, &str)>); 9] = [
+    ("rgb", None),
+    ("RGB", None),
+    ("linear", None),
+    ("hsv", Some(("hsv_to_rgb", "rgb_to_hsv"))),
+    ("hsl", Some(("hsl_to_rgb", "rgb_to_hsl"))),
+    ("YIQ", Some(("yiq_to_rgb", "rgb_to_yiq"))),
+    ("XYZ", Some(("xyz_to_rgb", "rgb_to_xyz"))),
+    ("xyY", Some(("xyy_to_rgb", "rgb_to_xyy"))),
+    ("sRGB", Some(("srgb_to_rgb", "rgb_to_srgb"))),
+];
+
+impl Lower<'_> {
+    pub(super) fn special(&mut self, name: &str, formals: &[Type], args: &[Expr], e: &Expr) -> Option<Place> {
+        let span = e.span;
+        let ty = ir_type(e.ty.base);
+        let value = match name {
+            "mix" => self.mix(args, e),
+            "select" => self.select(args, e),
+            "faceforward" => {
+                let mut values = self.values(args);
+                if values.len() == 2 {
+                    let ng = self.global(Global::Ng, span);
+                    values.push(ng);
+                }
+                self.internal("faceforward_ref", arg_values(&values), ty, span)
+            }
+            "transform" => self.transform(formals, args, e),
+            "transformc" => self.transformc(args, span),
+            "getmatrix" => return self.getmatrix(args, e),
+            "noise" | "pnoise" => self.named_noise(name, args, e),
+            "snoise" => self.noise_of("noise_perlin", args, e),
+            "cellnoise" => self.noise_of("noise_cell", args, e),
+            "hashnoise" => self.noise_of("noise_hash", args, e),
+            "psnoise" => self.noise_of("pnoise_perlin", args, e),
+            "pcellnoise" => self.noise_of("pnoise_cell", args, e),
+            "phashnoise" => self.noise_of("pnoise_hash", args, e),
+            "hash" => {
+                if args[0].ty == Type::STRING {
+                    self.error(Diagnostic::not_yet("E3001", span, "`hash` of a string"));
+                    return None;
+                }
+                let values = self.values(args);
+                self.internal("hash_value", arg_values(&values), ty, span)
+            }
+            "spline" | "splineinverse" => self.spline(name, args, e)?,
+            "raytype" => self.by_name("ray type", &args[0], &RAY_TYPES.map(|r| r.0), Ty::Int, true, |l, i| {
+                let bit = l.int(RAY_TYPES[i].1, span);
+                l.internal("raytype_bit", vec![Arg::Value(bit)], Ty::Int, span)
+            }),
+            "iscameraray" => self.ray_bit(0, span),
+            "isdiffuseray" => self.ray_bit(2, span),
+            "isglossyray" => self.ray_bit(3, span),
+            "isshadowray" => self.ray_bit(1, span),
+            // A shader stands alone until there are groups.
+            "isconnected" => self.int(0, span),
+            "isconstant" => {
+                let constant = is_constant(&args[0]) as i32;
+                self.int(constant, span)
+            }
+            "arraylength" => {
+                let len = self.array(&args[0]).and_then(|l| self.out.locals[l.0 as usize].len);
+                let len = len.or_else(|| match args[0].ty.extent {
+                    crate::types::Extent::Fixed(n) => Some(n),
+                    _ => None,
+                });
+                match len {
+                    Some(n) => self.int(n as i32, span),
+                    None => {
+                        self.error(Diagnostic::not_yet("E3005", span, "the length of this array"));
+                        return None;
+                    }
+                }
+            }
+            // `exit` as a statement is handled there.
+            other => {
+                self.error(Diagnostic::not_yet("E3001", span, format!("`{other}` here")));
+                return None;
+            }
+        };
+        Some(Place::Value(value))
+    }
+
+    fn values(&mut self, args: &[Expr]) -> Vec<ValueId> {
+        args.iter().map(|a| self.expr(a)).collect()
+    }
+
+    fn global(&mut self, global: Global, span: Span) -> ValueId {
+        let index = self
+            .tree
+            .vars
+            .iter()
+            .position(|v| v.name == global.name() && v.kind == crate::check::typed::VarKind::Global);
+        // The checker declares every global before anything else.
+        let storage = self.variable(crate::check::typed::VarId(index.unwrap_or(0) as u32));
+        self.load(&Place::whole(storage), span)
+    }
+
+    fn ray_bit(&mut self, which: usize, span: Span) -> ValueId {
+        let bit = self.int(RAY_TYPES[which].1, span);
+        self.internal("raytype_bit", vec![Arg::Value(bit)], Ty::Int, span)
+    }
+
+    /// Chooses by a string: at once for a literal, else by comparisons in order. `what` names the kind of name. Unknown
+    /// names are an error when they are literals, else give zero (`or_zero`) or the first choice.
+    fn by_name(
+        &mut self,
+        what: &str,
+        name: &Expr,
+        choices: &[&str],
+        ty: Ty,
+        or_zero: bool,
+        mut make: impl FnMut(&mut Self, usize) -> ValueId,
+    ) -> ValueId {
+        if let ExprKind::Str(text) = &name.kind {
+            if let Some(i) = choices.iter().position(|c| c == text) {
+                return make(self, i);
+            }
+            if !or_zero {
+                let mut d = Diagnostic::not_yet("E3003", name.span, format!("{what} \"{text}\""));
+                let known: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
+                d = d.help(format!("known here: {}", known.join(", ")));
+                self.error(d);
+            }
+            return self.zero_of(ty, name.span);
+        }
+        let span = name.span;
+        let given = self.expr(name);
+        let result = self.temp(ty);
+        let zero = self.zero_of(ty, span);
+        self.push(Stmt::Store(result, zero));
+        self.compare_names(given, choices, 0, result, span, &mut make);
+        self.value(Inst::Load(result), ty, span)
+    }
+
+    fn compare_names(
+        &mut self,
+        given: ValueId,
+        choices: &[&str],
+        i: usize,
+        result: crate::ir::LocalId,
+        span: Span,
+        make: &mut dyn FnMut(&mut Self, usize) -> ValueId,
+    ) {
+        let Some(choice) = choices.get(i) else { return };
+        let text = self.constant(Const::Str((*choice).to_string()), span);
+        let same = self.value(Inst::Binary(BinaryOp::Eq, given, text), Ty::Int, span);
+        let then = self.in_block(|l| {
+            let value = make(l, i);
+            l.push(Stmt::Store(result, value));
+        });
+        let otherwise = self.in_block(|l| l.compare_names(given, choices, i + 1, result, span, make));
+        self.push(Stmt::If(same, then, otherwise));
+    }
+
+    fn zero_of(&mut self, ty: Ty, span: Span) -> ValueId {
+        let base = match ty {
+            Ty::Int => Base::Int,
+            Ty::Float => Base::Float,
+            Ty::Triple => Base::Color,
+            Ty::Matrix => Base::Matrix,
+            Ty::Str => Base::String,
+            Ty::Closure => Base::Closure,
+        };
+        self.zero(Type::scalar(base), span)
+    }
+
+    fn mix(&mut self, args: &[Expr], e: &Expr) -> ValueId {
+        let span = e.span;
+        let values = self.values(args);
+        let (a, b, x) = (values[0], values[1], values[2]);
+        if e.ty.base == Base::Closure {
+            let one = self.constant(Const::Float(1.0), span);
+            let one = self.convert_value(one, self.ty_of(x), span);
+            let ty = self.ty_of(x);
+            let rest = self.value(Inst::Binary(BinaryOp::Sub, one, x), ty, span);
+            let a = self.value(Inst::ScaleClosure(a, rest), Ty::Closure, span);
+            let b = self.value(Inst::ScaleClosure(b, x), Ty::Closure, span);
+            return self.value(Inst::AddClosure(a, b), Ty::Closure, span);
+        }
+        let ty = self.ty_of(a);
+        let x = self.convert_value(x, ty, span);
+        self.internal("mix_float", arg_values(&[a, b, x]), ty, span)
+    }
+
+    fn select(&mut self, args: &[Expr], e: &Expr) -> ValueId {
+        let span = e.span;
+        let values = self.values(args);
+        let (a, b, cond) = (values[0], values[1], values[2]);
+        let ty = self.ty_of(a);
+        let cond = match self.ty_of(cond) {
+            Ty::Triple => return self.internal("select_nonzero", arg_values(&[a, b, cond]), ty, span),
+            Ty::Float => {
+                let zero = self.constant(Const::Float(0.0), span);
+                self.value(Inst::Binary(BinaryOp::Ne, cond, zero), Ty::Int, span)
+            }
+            _ => cond,
+        };
+        self.value(Inst::Select(cond, b, a), ty, span)
+    }
+
+    /// The matrix from a space to common (`to_common`) or back.
+    fn space(&mut self, name: &Expr, to_common: bool) -> ValueId {
+        let span = name.span;
+        self.by_name("space", name, &SPACES.map(|s| s.0), Ty::Matrix, false, |l, i| {
+            let number = SPACES[i].1;
+            if number == 0 {
+                let one = l.constant(Const::Float(1.0), span);
+                return l.value(Inst::Convert(one), Ty::Matrix, span);
+            }
+            let number = l.int(number, span);
+            let row = if to_common { "space_matrix" } else { "space_matrix_inverse" };
+            l.internal(row, vec![Arg::Value(number)], Ty::Matrix, span)
+        })
+    }
+
+    /// Whether a space is certainly the common one, so that nothing needs to be done.
+    fn is_common(e: &Expr) -> bool {
+        matches!(&e.kind, ExprKind::Str(s) if SPACES.iter().any(|(n, i)| n == s && *i == 0))
+    }
+
+    fn transform(&mut self, formals: &[Type], args: &[Expr], e: &Expr) -> ValueId {
+        let span = e.span;
+        let Some((subject, spaces)) = args.split_last() else { return self.int(0, span) };
+        let mut value = self.expr(subject);
+        let row = match e.ty.base {
+            Base::Point => "transform_point",
+            Base::Normal => "transform_normal",
+            _ => "transform_vector",
+        };
+        let mut steps = Vec::new();
+        if formals.first().is_some_and(|f| f.base == Base::Matrix) {
+            steps.push(self.expr(&spaces[0]));
+        } else {
+            let (from, to) = match spaces {
+                [from, to] => (Some(from), to),
+                [to, ..] => (None, to),
+                [] => return value,
+            };
+            if let Some(from) = from.filter(|f| !Self::is_common(f)) {
+                steps.push(self.space(from, true));
+            }
+            if !Self::is_common(to) {
+                steps.push(self.space(to, false));
+            }
+        }
+        for matrix in steps {
+            value = self.internal(row, arg_values(&[matrix, value]), Ty::Triple, span);
+        }
+        value
+    }
+
+    fn getmatrix(&mut self, args: &[Expr], e: &Expr) -> Option<Place> {
+        let span = e.span;
+        let (target, spaces) = args.split_last()?;
+        let mut matrix = self.space(spaces.first()?, true);
+        if let Some(to) = spaces.get(1) {
+            let back = self.space(to, false);
+            matrix = self.value(Inst::Binary(BinaryOp::Mul, matrix, back), Ty::Matrix, span);
+        }
+        let place = self.place(target);
+        self.store(&place, matrix, span);
+        // Unknown names were refused already.
+        let known = self.int(1, span);
+        Some(Place::Value(known))
+    }
+
+    fn color_step(&mut self, value: ValueId, space: &Expr, to_rgb: bool) -> ValueId {
+        let span = space.span;
+        self.by_name("colour space", space, &COLOR_SPACES.map(|s| s.0), Ty::Triple, false, |l, i| {
+            match COLOR_SPACES[i].1 {
+                None => value,
+                Some((to, from)) => {
+                    l.internal(if to_rgb { to } else { from }, vec![Arg::Value(value)], Ty::Triple, span)
+                }
+            }
+        })
+    }
+
+    fn transformc(&mut self, args: &[Expr], span: Span) -> ValueId {
+        let Some((subject, spaces)) = args.split_last() else { return self.int(0, span) };
+        let mut value = self.expr(subject);
+        let (from, to) = match spaces {
+            [from, to] => (Some(from), to),
+            [to, ..] => (None, to),
+            [] => return value,
+        };
+        if let Some(from) = from {
+            value = self.color_step(value, from, true);
+        }
+        self.color_step(value, to, false)
+    }
+
+    /// `noise(x)` and `noise("kind", x, options...)`.
+    fn named_noise(&mut self, name: &str, args: &[Expr], e: &Expr) -> ValueId {
+        let Some(kind) = args.first().filter(|a| a.ty == Type::STRING) else {
+            return self.noise_of(&format!("{name}_uperlin"), args, e);
+        };
+        if matches!(&kind.kind, ExprKind::Str(s) if s == "gabor") {
+            self.error(Diagnostic::not_yet("E3003", kind.span, "noise kind \"gabor\""));
+            return self.zero(e.ty, e.span);
+        }
+        // Options start with the first string behind the coordinates; only gabor reads any.
+        let coords: Vec<&Expr> = args[1..].iter().take_while(|a| a.ty != Type::STRING).collect();
+        let kinds: &[(&str, &str)] = if name == "noise" { &NOISE_KINDS } else { &PERIODIC_KINDS };
+        let values: Vec<ValueId> = coords.iter().map(|c| self.expr(c)).collect();
+        let names: Vec<&str> = kinds.iter().map(|k| k.0).collect();
+        let ty = ir_type(e.ty.base);
+        let span = e.span;
+        self.by_name("noise kind", kind, &names, ty, false, |l, i| {
+            l.internal(&format!("{name}_{}", kinds[i].1), arg_values(&values), ty, span)
+        })
+    }
+
+    fn noise_of(&mut self, row: &str, args: &[Expr], e: &Expr) -> ValueId {
+        let values = self.values(args);
+        self.internal(row, arg_values(&values), ir_type(e.ty.base), e.span)
+    }
+
+    /// `spline(basis, x, knots[])`, `(basis, x, n, knots[])` or `(basis, x, y0, y1, ...)`.
+    fn spline(&mut self, name: &str, args: &[Expr], e: &Expr) -> Option<ValueId> {
+        let span = e.span;
+        let ty = ir_type(e.ty.base);
+        let [basis, x, rest @ ..] = args else { return None };
+        let position = self.expr(x);
+        let knots = match rest {
+            [array] if array.ty.is_array() => self.array(array)?,
+            [count, array] if array.ty.is_array() => {
+                let ExprKind::Int(n) = count.kind else {
+                    self.error(Diagnostic::not_yet("E3005", count.span, "a knot count that is no constant"));
+                    return None;
+                };
+                let whole = self.array(array)?;
+                let len = self.out.locals[whole.0 as usize].len.unwrap_or(1);
+                if n < 1 || n as u32 > len {
+                    let message = format!("{n} knots are asked for, but the array has {len}");
+                    self.error(Diagnostic::error("E3005", count.span, message));
+                    return None;
+                }
+                let part = self.local("knots", ty, Some(n as u32), crate::ir::LocalKind::Variable);
+                self.push(Stmt::CopyArray(part, whole));
+                part
+            }
+            values => {
+                let values: Vec<ValueId> = values
+                    .iter()
+                    .map(|v| {
+                        let value = self.expr(v);
+                        self.convert_value(value, ty, v.span)
+                    })
+                    .collect();
+                self.array_of(&values, ty, span)
+            }
+        };
+        let call = [Arg::Value(position), Arg::Array(knots)];
+        Some(self.by_name("spline basis", basis, &SPLINES.map(|s| s.0), ty, false, |l, i| {
+            l.internal(&format!("{name}_{}", SPLINES[i].1), call.to_vec(), ty, span)
+        }))
+    }
+
+    /// `color(...)`, `point(space, ...)`, `matrix(...)` of more than one argument.
+    pub(super) fn construct(&mut self, args: &[Expr], e: &Expr) -> ValueId {
+        let span = e.span;
+        let strings = args.iter().take_while(|a| a.ty == Type::STRING).count();
+        let numbers = self.values(&args[strings..]);
+        if e.ty.base == Base::Matrix {
+            let mut matrix = match numbers.len() {
+                16 => {
+                    // The length was just checked.
+                    let mut parts = [numbers[0]; 16];
+                    parts.copy_from_slice(&numbers);
+                    self.value(Inst::Matrix(Box::new(parts)), Ty::Matrix, span)
+                }
+                1 => self.convert_value(numbers[0], Ty::Matrix, span),
+                _ => self.space(&args[0], true),
+            };
+            if strings == 2 {
+                let back = self.space(&args[1], false);
+                matrix = self.value(Inst::Binary(BinaryOp::Mul, matrix, back), Ty::Matrix, span);
+            } else if strings == 1 && !Self::is_common(&args[0]) {
+                // Given in a space, the matrix maps to common: first the space's own way there.
+                let from = self.space(&args[0], true);
+                matrix = self.value(Inst::Binary(BinaryOp::Mul, from, matrix), Ty::Matrix, span);
+            }
+            return matrix;
+        }
+        let triple = match numbers.as_slice() {
+            [x, y, z] => self.value(Inst::Triple([*x, *y, *z]), Ty::Triple, span),
+            [x, ..] => self.convert_value(*x, Ty::Triple, span),
+            [] => self.zero(e.ty, span),
+        };
+        let Some(space) = args.first().filter(|_| strings > 0) else { return triple };
+        match e.ty.base {
+            Base::Color => self.color_step(triple, space, true),
+            _ if Self::is_common(space) => triple,
+            base => {
+                let row = match base {
+                    Base::Point => "transform_point",
+                    Base::Normal => "transform_normal",
+                    _ => "transform_vector",
+                };
+                let matrix = self.space(space, true);
+                self.internal(row, arg_values(&[matrix, triple]), Ty::Triple, span)
+            }
+        }
+    }
+}
+
+fn arg_values(values: &[ValueId]) -> Vec<Arg> {
+    values.iter().map(|v| Arg::Value(*v)).collect()
+}
+
+/// What the compiler knows to be constant without specialisation: literals and arithmetic on them.
+fn is_constant(e: &Expr) -> bool {
+    match &e.kind {
+        ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) => true,
+        ExprKind::Convert(a) | ExprKind::Neg(a) | ExprKind::Not(a) | ExprKind::Compl(a) | ExprKind::Truth(a) => {
+            is_constant(a)
+        }
+        ExprKind::Binary(_, a, b) => is_constant(a) && is_constant(b),
+        ExprKind::Construct(parts) | ExprKind::List(parts) => parts.iter().all(is_constant),
+        _ => false,
+    }
+}
