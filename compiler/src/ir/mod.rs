@@ -11,6 +11,15 @@
 //! - Operands of [`Inst::Binary`] have equal types; conversions are explicit.
 //! - Parameters and shader globals are locals as well ([`LocalKind`]): their init runs before the body.
 
+mod print;
+mod read;
+mod verify;
+mod visit;
+
+pub use print::print;
+pub use read::{ReadError, read};
+pub use verify::{VerifyError, verify};
+
 use crate::builtins;
 use crate::source::Span;
 use crate::types;
