@@ -184,7 +184,11 @@ fn stages_do_not_include_each_other() {
     assert!(!files.is_empty());
     for file in files {
         let text = fs::read_to_string(&file).expect("a source file is readable");
-        assert!(!text.lines().any(|l| l.contains("#include") && l.contains(".cl\"")), "{} includes a stage", file.display());
+        assert!(
+            !text.lines().any(|l| l.contains("#include") && l.contains(".cl\"")),
+            "{} includes a stage",
+            file.display()
+        );
     }
 }
 

@@ -87,7 +87,7 @@ impl Checker {
             .filter(|r| !matches!(r.lowering, builtins::Lowering::Internal | builtins::Lowering::InternalState));
         let known = users.chain(public.map(|r| r.name)).chain(CLOSURES.iter().map(|r| r.name));
         let mut d = Diagnostic::error("E2001", callee.span, format!("there is no function `{name}`"));
-        if let Some(near) = super::closest(name, known) {
+        if let Some(near) = crate::suggest::closest(name, known) {
             d = d.help(format!("did you mean `{near}`?"));
         }
         self.fail(d)

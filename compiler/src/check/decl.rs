@@ -210,7 +210,7 @@ impl Checker {
                     let mut d = Diagnostic::error("E2002", spec.span, format!("there is no type `{name}`"));
                     let structs = self.scopes.names(|s| matches!(s, Symbol::Struct(_)));
                     let keywords = ["int", "float", "color", "point", "vector", "normal", "matrix", "string", "void"];
-                    if let Some(near) = super::closest(name, structs.chain(keywords)) {
+                    if let Some(near) = crate::suggest::closest(name, structs.chain(keywords)) {
                         d = d.help(format!("did you mean `{near}`?"));
                     }
                     return self.fail(d);

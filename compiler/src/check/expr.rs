@@ -105,7 +105,7 @@ impl Checker {
             }
             None => {
                 let mut d = Diagnostic::error("E2001", span, format!("there is no variable `{name}` here"));
-                let near = super::closest(name, self.scopes.names(|s| matches!(s, Symbol::Var(_))));
+                let near = crate::suggest::closest(name, self.scopes.names(|s| matches!(s, Symbol::Var(_))));
                 if let Some(near) = near {
                     d = d.help(format!("did you mean `{near}`?"));
                 }
@@ -174,7 +174,7 @@ impl Checker {
                 field.span,
                 format!("struct `{}` has no field `{}`", self.show(base.ty), field.name),
             );
-            let near = super::closest(&field.name, fields.iter().map(|(n, _)| n.as_str())).map(str::to_string);
+            let near = crate::suggest::closest(&field.name, fields.iter().map(|(n, _)| n.as_str())).map(str::to_string);
             if let Some(near) = near {
                 d = d.help(format!("did you mean `{near}`?"));
             }

@@ -18,10 +18,7 @@ mod operator;
 mod recursion;
 mod scope;
 mod stmt;
-mod suggest;
 pub mod typed;
-
-pub use suggest::closest;
 
 use crate::ast;
 use crate::diag::Diagnostic;

@@ -16,10 +16,10 @@ pub fn print(shader: &Shader) -> String {
         match local.kind {
             LocalKind::Variable => p.out.push('\n'),
             LocalKind::Param(n) => {
-                let _ = writeln!(p.out, " param {n}");
+                let _ = writeln!(p.out, " is param {n}");
             }
             LocalKind::Global(g) => {
-                let _ = writeln!(p.out, " global {}", g.name());
+                let _ = writeln!(p.out, " is global {}", g.name());
             }
         }
     }

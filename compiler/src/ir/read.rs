@@ -221,14 +221,15 @@ impl Reader {
             None
         };
         let name = self.string()?;
-        let kind = if self.take_word("param") {
-            LocalKind::Param(self.number()?)
-        } else if self.take_word("global") {
-            let word = self.word()?;
-            let global = Global::ALL.into_iter().find(|g| g.name() == word);
-            LocalKind::Global(global.ok_or_else(|| self.error(format!("`{word}` is no global")))?)
-        } else {
-            LocalKind::Variable
+        let kind = match self.take_word("is") {
+            false => LocalKind::Variable,
+            true if self.take_word("param") => LocalKind::Param(self.number()?),
+            true => {
+                self.word()?;
+                let word = self.word()?;
+                let global = Global::ALL.into_iter().find(|g| g.name() == word);
+                LocalKind::Global(global.ok_or_else(|| self.error(format!("`{word}` is no global")))?)
+            }
         };
         Ok(Local { name, ty, len, kind })
     }

@@ -125,7 +125,8 @@ impl Verifier<'_> {
                 ensure(self.array(*a)? == self.array(*b)?, || format!("L{} and L{} differ in type", a.0, b.0))
             }
             Stmt::Call { func, args, outputs, result, .. } => {
-                let ret = self.call(*func, args, outputs)?;
+                let wanted = result.map(|l| self.single(l)).transpose()?;
+                let ret = self.call(*func, args, outputs, wanted)?;
                 match (result, ret) {
                     (Some(local), Some(ty)) => {
                         ensure(self.single(*local)? == ty, || format!("L{} does not fit the result", local.0))
@@ -225,7 +226,7 @@ impl Verifier<'_> {
                 self.ty(*a)
             }
             Inst::Call(func, args) => {
-                self.call(*func, args, &[])?.ok_or_else(|| "a call for its value has none".to_string())
+                self.call(*func, args, &[], Some(declared))?.ok_or_else(|| "a call for its value has none".to_string())
             }
             Inst::Closure(id, args) => {
                 let formals = sig::closure_formals(*id);
@@ -270,8 +271,14 @@ impl Verifier<'_> {
         Ok(result)
     }
 
-    /// The result type of a call when some overload fits.
-    fn call(&self, func: builtins::FuncId, args: &[Arg], outputs: &[LocalId]) -> Result<Option<Ty>, String> {
+    /// The result type of a call when some overload fits; `wanted` tells apart those that differ in the result only.
+    fn call(
+        &self,
+        func: builtins::FuncId,
+        args: &[Arg],
+        outputs: &[LocalId],
+        wanted: Option<Ty>,
+    ) -> Result<Option<Ty>, String> {
         let mut given = Vec::new();
         for arg in args {
             given.push(match arg {
@@ -287,7 +294,8 @@ impl Verifier<'_> {
         let fitting = sig::overloads(func).iter().find(|o| {
             // Inputs first, then outputs: as every row is written.
             let (ins, outs): (Vec<_>, Vec<_>) = o.formals.iter().partition(|f| !f.output);
-            ins.len() == args.len()
+            wanted.is_none_or(|w| formal_ty(o.ret.base) == Some(w))
+                && ins.len() == args.len()
                 && outs.len() == outputs.len()
                 && ins.iter().chain(&outs).zip(&given).all(|(f, (ty, array))| {
                     f.ty.is_none_or(|t| formal_ty(t.base) == Some(*ty) && t.is_array() == *array)

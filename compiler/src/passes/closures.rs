@@ -1,0 +1,299 @@
+//! Turns closure values into lobe slots.
+//!
+//! Each closure call is a slot. A closure value becomes one triple weight per slot that can be part of it, a closure local one
+//! weight local per slot; sums and scales become arithmetic on the weights. The arguments of a call are stored into
+//! locals where the call happens. Slots that never reach `Ci` are dropped. See docs/adr/0002.
+
+use crate::diag::Diagnostic;
+use crate::ir::{
+    BinaryOp, Block, Const, Global, Inst, LobeSlot, Local, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, Value,
+    ValueId,
+};
+use crate::source::Span;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+/// Slots as a set of indices into the calls, in order of appearance.
+type Slots = BTreeSet<u32>;
+
+/// Rewrites all closures. Afterwards no value or used local has type `Closure`.
+pub fn closures(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
+    let mut pass = Pass {
+        reach: Reach::of(shader),
+        shader,
+        weights: HashMap::new(),
+        values: HashMap::new(),
+        calls: BTreeMap::new(),
+    };
+    if let Some(d) = pass.unsupported() {
+        return Err(vec![d]);
+    }
+    pass.run();
+    Ok(())
+}
+
+/// Which slots can be part of which value and local, whatever the flow of control.
+struct Reach {
+    values: HashMap<ValueId, Slots>,
+    locals: HashMap<LocalId, Slots>,
+}
+
+impl Reach {
+    fn of(shader: &Shader) -> Reach {
+        let mut reach = Reach { values: HashMap::new(), locals: HashMap::new() };
+        let mut lets = Vec::new();
+        let mut stores = Vec::new();
+        for block in shader.blocks() {
+            block.walk(&mut |s| match s {
+                Stmt::Let(id) if shader.values[id.0 as usize].ty == Ty::Closure => lets.push(*id),
+                Stmt::Store(l, v) if shader.locals[l.0 as usize].ty == Ty::Closure => stores.push((*l, *v)),
+                _ => {}
+            });
+        }
+        // Loops carry closures around: repeat until nothing grows. Sets only grow, so this ends.
+        loop {
+            let mut grown = false;
+            for id in &lets {
+                let set = reach.value(shader, *id);
+                grown |= reach.values.insert(*id, set.clone()).is_none_or(|old| old != set);
+            }
+            for (local, value) in &stores {
+                let set = reach.values.get(value).cloned().unwrap_or_default();
+                let into = reach.locals.entry(*local).or_default();
+                let before = into.len();
+                into.extend(set);
+                grown |= into.len() > before;
+            }
+            if !grown {
+                return reach;
+            }
+        }
+    }
+
+    fn value(&self, shader: &Shader, id: ValueId) -> Slots {
+        let get = |v: &ValueId| self.values.get(v).cloned().unwrap_or_default();
+        match &shader.values[id.0 as usize].inst {
+            Inst::Closure(..) => Slots::from([id.0]),
+            Inst::Load(l) => self.locals.get(l).cloned().unwrap_or_default(),
+            Inst::ScaleClosure(a, _) => get(a),
+            Inst::AddClosure(a, b) | Inst::Select(_, a, b) => &get(a) | &get(b),
+            _ => Slots::new(),
+        }
+    }
+}
+
+struct Pass<'a> {
+    shader: &'a mut Shader,
+    reach: Reach,
+    /// The weight of a slot (named by its call's value) in a closure local.
+    weights: HashMap<(LocalId, u32), LocalId>,
+    /// The weights of a closure value.
+    values: HashMap<ValueId, Vec<(u32, ValueId)>>,
+    /// The argument locals or constants of each call.
+    calls: BTreeMap<u32, LobeSlot>,
+}
+
+impl Pass<'_> {
+    fn unsupported(&self) -> Option<Diagnostic> {
+        let array = self.shader.locals.iter().any(|l| l.ty == Ty::Closure && l.len.is_some());
+        let param = self.shader.params.iter().find(|p| {
+            let local = &self.shader.locals[p.local.0 as usize];
+            local.ty == Ty::Closure && (local.len.is_some() || p.varying)
+        });
+        if let Some(p) = param {
+            return Some(Diagnostic::not_yet("E4004", p.span, format!("closure parameter `{}`", p.name)));
+        }
+        array.then(|| {
+            Diagnostic::global(
+                "E4004",
+                format!("shader `{}`: arrays of closures are not supported yet", self.shader.name),
+            )
+        })
+    }
+
+    fn run(&mut self) {
+        for i in 0..self.shader.params.len() {
+            let init = std::mem::take(&mut self.shader.params[i].init);
+            self.shader.params[i].init = self.block(init);
+        }
+        let body = std::mem::take(&mut self.shader.body);
+        self.shader.body = self.block(body);
+        let ci = self.shader.locals.iter().position(|l| l.kind == LocalKind::Global(Global::Ci));
+        let Some(ci) = ci.map(|i| LocalId(i as u32)) else { return };
+        let reaching = self.reach.locals.get(&ci).cloned().unwrap_or_default();
+        for slot in reaching {
+            if let Some(mut lobe) = self.calls.remove(&slot) {
+                lobe.weight = self.weight(ci, slot);
+                self.shader.slots.push(lobe);
+            }
+        }
+    }
+
+    fn add_local(&mut self, name: String, ty: Ty) -> LocalId {
+        self.shader.locals.push(Local { name, ty, len: None, kind: LocalKind::Variable });
+        LocalId(self.shader.locals.len() as u32 - 1)
+    }
+
+    fn weight(&mut self, local: LocalId, slot: u32) -> LocalId {
+        if let Some(id) = self.weights.get(&(local, slot)) {
+            return *id;
+        }
+        let index = self.calls.keys().position(|k| *k == slot).unwrap_or(0);
+        let name = format!("{}_w{index}", self.shader.locals[local.0 as usize].name);
+        let id = self.add_local(name, Ty::Triple);
+        self.weights.insert((local, slot), id);
+        id
+    }
+
+    fn emit(&mut self, out: &mut Block, inst: Inst, ty: Ty, span: Span) -> ValueId {
+        let id = ValueId(self.shader.values.len() as u32);
+        self.shader.values.push(Value { inst, ty, span });
+        out.stmts.push(Stmt::Let(id));
+        id
+    }
+
+    fn block(&mut self, block: Block) -> Block {
+        let mut out = Block::default();
+        for stmt in block.stmts {
+            match stmt {
+                Stmt::Let(id) => self.value(id, &mut out),
+                Stmt::Store(local, value) if self.shader.locals[local.0 as usize].ty == Ty::Closure => {
+                    self.store(local, value, &mut out);
+                }
+                Stmt::If(cond, a, b) => {
+                    let a = self.block(a);
+                    let b = self.block(b);
+                    out.stmts.push(Stmt::If(cond, a, b));
+                }
+                Stmt::Loop(l) => {
+                    let Loop { head, cond, tested_after, body, step } = *l;
+                    let (head, body) = if tested_after {
+                        let body = self.block(body);
+                        (self.block(head), body)
+                    } else {
+                        (self.block(head), self.block(body))
+                    };
+                    let step = self.block(step);
+                    out.stmts.push(Stmt::Loop(Box::new(Loop { head, cond, tested_after, body, step })));
+                }
+                other => out.stmts.push(other),
+            }
+        }
+        out
+    }
+
+    /// `local = value`: every slot that can be in the local gets its weight, zero for those not in the value.
+    fn store(&mut self, local: LocalId, value: ValueId, out: &mut Block) {
+        let span = self.shader.values[value.0 as usize].span;
+        let given = self.values.get(&value).cloned().unwrap_or_default();
+        for slot in self.reach.locals.get(&local).cloned().unwrap_or_default() {
+            let weight = match given.iter().find(|(s, _)| *s == slot) {
+                Some((_, w)) => *w,
+                None => self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span),
+            };
+            let target = self.weight(local, slot);
+            out.stmts.push(Stmt::Store(target, weight));
+        }
+    }
+
+    fn value(&mut self, id: ValueId, out: &mut Block) {
+        let Value { inst, ty, span } = self.shader.values[id.0 as usize].clone();
+        let of = |this: &Self, v: &ValueId| this.values.get(v).cloned().unwrap_or_default();
+        let weights = match &inst {
+            Inst::ClosureIsSet(a) => return self.is_set(id, of(self, a), span, out),
+            _ if ty != Ty::Closure => {
+                out.stmts.push(Stmt::Let(id));
+                return;
+            }
+            Inst::Closure(closure, args) => {
+                self.call(id, *closure, args, span, out);
+                let one = self.emit(out, Inst::Const(Const::Triple([1.0; 3])), Ty::Triple, span);
+                vec![(id.0, one)]
+            }
+            Inst::Load(l) => {
+                let slots = self.reach.locals.get(l).cloned().unwrap_or_default();
+                let mut list = Vec::new();
+                for slot in slots {
+                    let local = self.weight(*l, slot);
+                    list.push((slot, self.emit(out, Inst::Load(local), Ty::Triple, span)));
+                }
+                list
+            }
+            Inst::ScaleClosure(a, x) => {
+                let mut factor = *x;
+                if self.shader.values[x.0 as usize].ty == Ty::Float {
+                    factor = self.emit(out, Inst::Convert(factor), Ty::Triple, span);
+                }
+                let mut list = of(self, a);
+                for (_, w) in &mut list {
+                    *w = self.emit(out, Inst::Binary(BinaryOp::Mul, *w, factor), Ty::Triple, span);
+                }
+                list
+            }
+            Inst::AddClosure(a, b) => {
+                let mut list = of(self, a);
+                for (slot, w) in of(self, b) {
+                    match list.iter_mut().find(|(s, _)| *s == slot) {
+                        Some((_, sum)) => *sum = self.emit(out, Inst::Binary(BinaryOp::Add, *sum, w), Ty::Triple, span),
+                        None => list.push((slot, w)),
+                    }
+                }
+                list
+            }
+            Inst::Select(c, a, b) => {
+                let (a, b) = (of(self, a), of(self, b));
+                let slots: Slots = a.iter().chain(&b).map(|(s, _)| *s).collect();
+                let zero = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
+                let find =
+                    |list: &[(u32, ValueId)], slot| list.iter().find(|(s, _)| *s == slot).map_or(zero, |(_, w)| *w);
+                let mut list = Vec::new();
+                for slot in slots {
+                    let inst = Inst::Select(*c, find(&a, slot), find(&b, slot));
+                    list.push((slot, self.emit(out, inst, Ty::Triple, span)));
+                }
+                list
+            }
+            _ => Vec::new(),
+        };
+        self.values.insert(id, weights);
+    }
+
+    /// Keeps the arguments of a call where the end of the shader finds them.
+    fn call(
+        &mut self,
+        id: ValueId,
+        closure: crate::builtins::ClosureId,
+        args: &[ValueId],
+        span: Span,
+        out: &mut Block,
+    ) {
+        let name = crate::builtins::closure(closure).name;
+        let mut slot_args = Vec::new();
+        for (i, arg) in args.iter().enumerate() {
+            let value = &self.shader.values[arg.0 as usize];
+            if let Inst::Const(c) = &value.inst {
+                slot_args.push(SlotArg::Const(c.clone()));
+                continue;
+            }
+            let ty = value.ty;
+            let local = self.add_local(format!("{name}{}_a{i}", self.calls.len()), ty);
+            out.stmts.push(Stmt::Store(local, *arg));
+            slot_args.push(SlotArg::Local(local));
+        }
+        // The weight is set at the end, for the slots that reach Ci.
+        self.calls.insert(id.0, LobeSlot { closure, weight: LocalId(0), args: slot_args, span });
+    }
+
+    /// A closure is set when some weight is not zero.
+    fn is_set(&mut self, id: ValueId, weights: Vec<(u32, ValueId)>, span: Span, out: &mut Block) {
+        let mut any = self.emit(out, Inst::Const(Const::Int(0)), Ty::Int, span);
+        for (_, w) in weights {
+            let zero = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
+            let set = self.emit(out, Inst::Binary(BinaryOp::Ne, w, zero), Ty::Int, span);
+            any = self.emit(out, Inst::Binary(BinaryOp::BitOr, any, set), Ty::Int, span);
+        }
+        // The value keeps its handle, since others refer to it.
+        let zero = self.emit(out, Inst::Const(Const::Int(0)), Ty::Int, span);
+        self.shader.values[id.0 as usize].inst = Inst::Binary(BinaryOp::Ne, any, zero);
+        out.stmts.push(Stmt::Let(id));
+    }
+}

@@ -1,0 +1,399 @@
+//! Constant folding: through values, through locals along the flow of control, and of branches.
+//!
+//! One walk in order of execution carries what is known of each local: a constant, the value last stored, or the
+//! constant elements of an array. Where branches meet, what both agree on stays; what a loop writes is forgotten before it.
+//! Identities are applied where they are exact; a closure scaled by the constant 0 is the null closure.
+
+use super::unroll;
+use crate::diag::Diagnostic;
+use crate::interp::{self, ops};
+use crate::ir::{
+    Arg, BinaryOp, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, UnaryOp, ValueId,
+};
+use std::collections::HashMap;
+
+/// Folds the whole shader.
+pub fn fold(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
+    let same: Vec<ValueId> = (0..shader.values.len() as u32).map(ValueId).collect();
+    let mut folder = Folder { shader, same, state: State::default(), errors: Vec::new() };
+    folder.run();
+    if folder.errors.is_empty() { Ok(()) } else { Err(folder.errors) }
+}
+
+/// What is known of a local that holds a single value.
+#[derive(Clone, PartialEq)]
+pub(super) enum Known {
+    Const(Const),
+    /// It equals this value, which is visible wherever the knowledge is.
+    Value(ValueId),
+}
+
+/// What is known at a point.
+#[derive(Clone, Default)]
+pub(super) struct State {
+    singles: HashMap<LocalId, Known>,
+    arrays: HashMap<LocalId, Vec<Option<Const>>>,
+}
+
+impl State {
+    fn forget(&mut self, local: LocalId) {
+        self.singles.remove(&local);
+        self.arrays.remove(&local);
+    }
+
+    /// What holds after either of two ways here; `before` held where they parted.
+    fn meet(before: &State, a: State, b: State) -> State {
+        let mut out = State::default();
+        for (local, known) in a.singles {
+            let agrees = b.singles.get(&local) == Some(&known);
+            // A value known before is visible after; one made in a branch is not.
+            let visible = matches!(known, Known::Const(_)) || before.singles.get(&local) == Some(&known);
+            if agrees && visible {
+                out.singles.insert(local, known);
+            }
+        }
+        for (local, elements) in a.arrays {
+            if b.arrays.get(&local) == Some(&elements) {
+                out.arrays.insert(local, elements);
+            }
+        }
+        out
+    }
+}
+
+/// Longest array whose elements are followed.
+const MAX_ARRAY: u32 = 1 << 16;
+
+pub(super) struct Folder<'a> {
+    pub shader: &'a mut Shader,
+    /// The value that each value is replaced by.
+    pub same: Vec<ValueId>,
+    pub state: State,
+    pub errors: Vec<Diagnostic>,
+}
+
+impl Folder<'_> {
+    fn run(&mut self) {
+        // Variables hold zero until stored; parameters and globals come from outside.
+        for (i, local) in self.shader.locals.iter().enumerate() {
+            if local.kind == LocalKind::Variable && local.len.is_none() {
+                if let Some(zero) = ops::zero(local.ty) {
+                    self.state.singles.insert(LocalId(i as u32), Known::Const(zero));
+                }
+            }
+        }
+        for i in 0..self.shader.params.len() {
+            let init = std::mem::take(&mut self.shader.params[i].init);
+            self.shader.params[i].init = self.block(init);
+            let param = &self.shader.params[i];
+            if param.varying {
+                let local = param.local;
+                self.state.forget(local);
+            } else if let Some(Known::Value(_)) = self.state.singles.get(&param.local) {
+                // A value of the init block is not visible in the body.
+                let local = param.local;
+                self.state.forget(local);
+            }
+        }
+        // Nothing but constants crosses from the inits to the body.
+        self.state.singles.retain(|_, k| matches!(k, Known::Const(_)));
+        let body = std::mem::take(&mut self.shader.body);
+        self.shader.body = self.block(body);
+        for slot in &mut self.shader.slots {
+            for arg in &mut slot.args {
+                if let SlotArg::Local(l) = arg {
+                    if let Some(Known::Const(c)) = self.state.singles.get(l) {
+                        *arg = SlotArg::Const(c.clone());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Folds a block; constant branches are spliced into it.
+    pub(super) fn block(&mut self, block: Block) -> Block {
+        let mut out = Block { stmts: Vec::with_capacity(block.stmts.len()) };
+        self.stmts(block, &mut out);
+        out
+    }
+
+    pub(super) fn stmts(&mut self, block: Block, out: &mut Block) {
+        for stmt in block.stmts {
+            let jumps = matches!(stmt, Stmt::Break | Stmt::Continue);
+            self.stmt(stmt, out);
+            // A spliced branch may have ended in a jump; nothing after it runs.
+            if jumps || matches!(out.stmts.last(), Some(Stmt::Break | Stmt::Continue)) {
+                return;
+            }
+        }
+    }
+
+    pub(super) fn resolve(&self, v: ValueId) -> ValueId {
+        let mut v = v;
+        while self.same[v.0 as usize] != v {
+            v = self.same[v.0 as usize];
+        }
+        v
+    }
+
+    pub(super) fn const_of(&self, v: ValueId) -> Option<&Const> {
+        match &self.shader.values[self.resolve(v).0 as usize].inst {
+            Inst::Const(c) => Some(c),
+            _ => None,
+        }
+    }
+
+    fn stmt(&mut self, stmt: Stmt, out: &mut Block) {
+        match stmt {
+            Stmt::Let(id) => {
+                self.inst(id);
+                // What became another value needs no computing.
+                if self.same[id.0 as usize] == id {
+                    out.stmts.push(Stmt::Let(id));
+                }
+            }
+            Stmt::Store(local, value) => {
+                let value = self.resolve(value);
+                let known = match self.const_of(value) {
+                    Some(c) => Known::Const(c.clone()),
+                    None => Known::Value(value),
+                };
+                self.state.singles.insert(local, known);
+                out.stmts.push(Stmt::Store(local, value));
+            }
+            Stmt::StoreElem(local, index, value) => {
+                let (index, value) = (self.resolve(index), self.resolve(value));
+                self.store_element(local, index, value);
+                out.stmts.push(Stmt::StoreElem(local, index, value));
+            }
+            Stmt::CopyArray(to, from) => {
+                self.copy_array(to, from);
+                out.stmts.push(Stmt::CopyArray(to, from));
+            }
+            Stmt::Call { func, mut args, outputs, result, span } => {
+                for arg in &mut args {
+                    if let Arg::Value(v) = arg {
+                        *v = self.resolve(*v);
+                    }
+                }
+                outputs.iter().chain(&result).for_each(|l| self.state.forget(*l));
+                out.stmts.push(Stmt::Call { func, args, outputs, result, span });
+            }
+            Stmt::If(cond, a, b) => self.if_(cond, a, b, out),
+            Stmt::Loop(l) => self.loop_(*l, out),
+            jump => out.stmts.push(jump),
+        }
+    }
+
+    fn store_element(&mut self, local: LocalId, index: ValueId, value: ValueId) {
+        let Some(len) = self.shader.locals[local.0 as usize].len.filter(|n| *n <= MAX_ARRAY) else { return };
+        let value = self.const_of(value).cloned();
+        match self.const_of(index) {
+            Some(Const::Int(i)) => {
+                let at = ops::clamp(*i, len as usize);
+                let elements = self.state.arrays.entry(local).or_insert_with(|| vec![None; len as usize]);
+                elements[at] = value;
+            }
+            _ => self.state.forget(local),
+        }
+    }
+
+    fn copy_array(&mut self, to: LocalId, from: LocalId) {
+        let len = |l: LocalId, this: &Self| this.shader.locals[l.0 as usize].len.unwrap_or(0) as usize;
+        let count = len(to, self).min(len(from, self));
+        match self.state.arrays.get(&from).cloned() {
+            Some(source) => {
+                let size = len(to, self);
+                let target = self.state.arrays.entry(to).or_insert_with(|| vec![None; size]);
+                target[..count].clone_from_slice(&source[..count]);
+            }
+            None => self.state.forget(to),
+        }
+    }
+
+    fn if_(&mut self, cond: ValueId, a: Block, b: Block, out: &mut Block) {
+        let cond = self.resolve(cond);
+        if let Some(c) = self.const_of(cond) {
+            let taken = if ops::is_true(c) { a } else { b };
+            return self.stmts(taken, out);
+        }
+        let before = self.state.clone();
+        let a = self.block(a);
+        let after_a = std::mem::replace(&mut self.state, before.clone());
+        let b = self.block(b);
+        let after_b = std::mem::take(&mut self.state);
+        // A branch that jumps away does not reach the meeting point.
+        let leaves = |block: &Block| matches!(block.stmts.last(), Some(Stmt::Break | Stmt::Continue));
+        self.state = match (leaves(&a), leaves(&b)) {
+            (true, false) => keep_visible(&before, after_b),
+            (false, true) => keep_visible(&before, after_a),
+            _ => State::meet(&before, after_a, after_b),
+        };
+        if !(a.stmts.is_empty() && b.stmts.is_empty()) {
+            out.stmts.push(Stmt::If(cond, a, b));
+        }
+    }
+
+    fn loop_(&mut self, mut l: Loop, out: &mut Block) {
+        if unroll::holds_closures(self.shader, &l) {
+            return self.unroll(l, out);
+        }
+        let mut written = Vec::new();
+        for block in [&l.head, &l.body, &l.step] {
+            block.walk(&mut |s| s.written(&mut |local| written.push(local)));
+        }
+        if !l.tested_after && self.never_runs(&l) {
+            return self.stmts(l.head, out);
+        }
+        written.iter().for_each(|local| self.state.forget(*local));
+        let entry = self.state.clone();
+        l.head = self.block(l.head);
+        l.cond = self.resolve(l.cond);
+        l.body = self.block(l.body);
+        // `continue` may come from anywhere in the body: only what the loop never writes is sure in the step.
+        self.state = entry.clone();
+        l.step = self.block(l.step);
+        self.state = entry;
+        out.stmts.push(Stmt::Loop(Box::new(l)));
+    }
+
+    /// Whether the condition is false at once: it is evaluated without rewriting anything.
+    fn never_runs(&self, l: &Loop) -> bool {
+        let plain = l.head.stmts.iter().all(|s| matches!(s, Stmt::Let(_)));
+        plain && self.peek(l.cond, 32).is_some_and(|c| !ops::is_true(&c))
+    }
+
+    fn peek(&self, v: ValueId, depth: u32) -> Option<Const> {
+        if depth == 0 {
+            return None;
+        }
+        let value = &self.shader.values[self.resolve(v).0 as usize];
+        match &value.inst {
+            Inst::Load(l) => match self.state.singles.get(l)? {
+                Known::Const(c) => Some(c.clone()),
+                Known::Value(v) => self.const_of(*v).cloned(),
+            },
+            Inst::LoadElem(..) | Inst::Call(..) => None,
+            inst => {
+                let mut args = Vec::new();
+                inst.operands(&mut |o| args.push(self.peek(o, depth - 1)));
+                ops::evaluate(inst, value.ty, &args.into_iter().collect::<Option<Vec<_>>>()?)
+            }
+        }
+    }
+
+    /// Folds the instruction of one value.
+    fn inst(&mut self, id: ValueId) {
+        let mut inst = self.shader.values[id.0 as usize].inst.clone();
+        let ty = self.shader.values[id.0 as usize].ty;
+        let same = &self.same;
+        inst.operands_mut(&mut |v| {
+            while same[v.0 as usize] != *v {
+                *v = same[v.0 as usize];
+            }
+        });
+        if let Some(simpler) = self.simplify(&inst, ty) {
+            match simpler {
+                Simpler::Const(c) => inst = Inst::Const(c),
+                Simpler::Value(v) => self.same[id.0 as usize] = v,
+                Simpler::Inst(i) => inst = i,
+            }
+        }
+        self.shader.values[id.0 as usize].inst = inst;
+    }
+
+    fn simplify(&self, inst: &Inst, ty: Ty) -> Option<Simpler> {
+        match inst {
+            Inst::Const(_) => return None,
+            Inst::Load(l) => {
+                return Some(match self.state.singles.get(l)? {
+                    Known::Const(c) => Simpler::Const(c.clone()),
+                    Known::Value(v) => Simpler::Value(*v),
+                });
+            }
+            Inst::LoadElem(l, i) => {
+                let Some(Const::Int(i)) = self.const_of(*i) else { return None };
+                let elements = self.state.arrays.get(l)?;
+                return elements[ops::clamp(*i, elements.len())].clone().map(Simpler::Const);
+            }
+            _ => {}
+        }
+        let mut args = Vec::new();
+        inst.operands(&mut |v| args.push(self.const_of(v).cloned()));
+        let all = args.iter().cloned().collect::<Option<Vec<Const>>>();
+        if let Some(all) = all.filter(|_| !matches!(inst, Inst::Call(..))) {
+            if let Some(c) = ops::evaluate(inst, ty, &all) {
+                return Some(Simpler::Const(c));
+            }
+        }
+        if let Inst::Call(func, list) = inst {
+            let values = list.iter().map(|a| match a {
+                Arg::Value(v) => self.const_of(*v).cloned(),
+                Arg::Array(l) => {
+                    self.state.arrays.get(l)?.iter().cloned().collect::<Option<Vec<_>>>().map(Const::Array)
+                }
+            });
+            let values = values.collect::<Option<Vec<_>>>()?;
+            return interp::fold_call(*func, ty, &values).map(Simpler::Const);
+        }
+        self.identity(inst, &args)
+    }
+
+    /// Exact identities with one constant operand.
+    fn identity(&self, inst: &Inst, args: &[Option<Const>]) -> Option<Simpler> {
+        let is = |i: usize, x: f64| match args.get(i) {
+            Some(Some(Const::Float(v))) => *v == x,
+            Some(Some(Const::Triple(v))) => v.iter().all(|c| *c == x),
+            Some(Some(Const::Int(v))) => *v as f64 == x,
+            Some(Some(Const::Matrix(m))) if x == 1.0 => *m == ops::IDENTITY,
+            _ => false,
+        };
+        let is_int = matches!(args.iter().flatten().next(), Some(Const::Int(_)));
+        let null = |v: ValueId| matches!(self.shader.values[self.resolve(v).0 as usize].inst, Inst::NullClosure);
+        let inst_of = |v: ValueId| &self.shader.values[self.resolve(v).0 as usize].inst;
+        Some(match inst {
+            Inst::Binary(BinaryOp::Mul, a, _) if is(1, 1.0) => Simpler::Value(*a),
+            Inst::Binary(BinaryOp::Mul, _, b) if is(0, 1.0) => Simpler::Value(*b),
+            Inst::Binary(BinaryOp::Div, a, _) if is(1, 1.0) => Simpler::Value(*a),
+            Inst::Binary(BinaryOp::Sub, a, _) if is(1, 0.0) => Simpler::Value(*a),
+            Inst::Binary(BinaryOp::Add, a, _) if is_int && is(1, 0.0) => Simpler::Value(*a),
+            Inst::Binary(BinaryOp::Add, _, b) if is_int && is(0, 0.0) => Simpler::Value(*b),
+            Inst::Binary(BinaryOp::Mul | BinaryOp::BitAnd, ..) if is_int && (is(0, 0.0) || is(1, 0.0)) => {
+                Simpler::Const(Const::Int(0))
+            }
+            Inst::Unary(UnaryOp::Neg, a) => match inst_of(*a) {
+                Inst::Unary(UnaryOp::Neg, inner) => Simpler::Value(self.resolve(*inner)),
+                _ => return None,
+            },
+            Inst::Select(_, a, b) => match &args[0] {
+                Some(c) => Simpler::Value(if ops::is_true(c) { *a } else { *b }),
+                None if a == b => Simpler::Value(*a),
+                None => return None,
+            },
+            Inst::Component(t, _) => match (inst_of(*t), &args[1]) {
+                (Inst::Triple(parts), Some(Const::Int(i))) => Simpler::Value(self.resolve(parts[ops::clamp(*i, 3)])),
+                (Inst::Convert(x), _) => Simpler::Value(self.resolve(*x)),
+                _ => return None,
+            },
+            Inst::ScaleClosure(a, _) if null(*a) || is(1, 0.0) => Simpler::Inst(Inst::NullClosure),
+            Inst::ScaleClosure(a, _) if is(1, 1.0) => Simpler::Value(*a),
+            Inst::AddClosure(a, b) if null(*a) => Simpler::Value(*b),
+            Inst::AddClosure(a, b) if null(*b) => Simpler::Value(*a),
+            Inst::ClosureIsSet(a) if null(*a) => Simpler::Const(Const::Int(0)),
+            _ => return None,
+        })
+    }
+}
+
+/// Knowledge of one branch that alone goes on: its own values are not visible outside.
+fn keep_visible(before: &State, mut after: State) -> State {
+    after.singles.retain(|l, k| matches!(k, Known::Const(_)) || before.singles.get(l) == Some(k));
+    after
+}
+
+/// What an instruction may be replaced by.
+enum Simpler {
+    Const(Const),
+    Value(ValueId),
+    Inst(Inst),
+}

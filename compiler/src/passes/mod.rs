@@ -1,0 +1,51 @@
+//! Passes: functions from IR to IR, one per file.
+//!
+//! In: verified IR. Out: verified IR that computes the same. [`optimise`] is the list that every shader goes through.
+//! They must not know the syntax tree or any target.
+//!
+//! Codes: `E4001` unknown parameter, `E4002` value does not fit a parameter, `E4003` closures in a loop that cannot be
+//! unrolled, `E4004` closures not supported yet here.
+
+mod closures;
+mod fold;
+mod prune;
+mod specialise;
+mod unroll;
+
+pub use closures::closures;
+pub use fold::fold;
+pub use prune::prune;
+pub use specialise::specialise;
+
+use crate::diag::Diagnostic;
+use crate::ir::{Const, Shader, verify};
+
+/// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
+///
+/// The list: specialise, fold (which unrolls loops with closure calls), closures, fold, prune; the last two again, since
+/// dropping a slot or a branch may free more.
+pub fn optimise(shader: &mut Shader, bindings: &[(String, Const)], outputs: &[String]) -> Result<(), Vec<Diagnostic>> {
+    let _span = tracing::debug_span!("optimise", shader = shader.name).entered();
+    let check = |shader: &Shader, pass: &str| {
+        if cfg!(debug_assertions) || cfg!(test) {
+            if let Err(e) = verify(shader) {
+                unreachable!("pass {pass} broke the IR: {e}");
+            }
+        }
+    };
+    check(shader, "lower");
+    specialise(shader, bindings)?;
+    check(shader, "specialise");
+    fold(shader)?;
+    check(shader, "fold");
+    closures(shader)?;
+    check(shader, "closures");
+    for _ in 0..2 {
+        fold(shader)?;
+        check(shader, "fold");
+        prune(shader, outputs);
+        check(shader, "prune");
+    }
+    tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
+    Ok(())
+}
