@@ -1,1 +1,6 @@
-//! placeholder
+//! A wavefront path tracer in OpenCL that runs OSL materials. See docs/ARCHITECTURE.md for the map.
+
+#![deny(unsafe_op_in_unsafe_fn)]
+
+pub mod device;
+pub mod scene;
