@@ -1,11 +1,34 @@
-//! Compiles Open Shading Language to OpenCL C. See docs/ARCHITECTURE.md for the map.
+//! Compiles Open Shading Language to OpenCL C. docs/ARCHITECTURE.md is the map.
+//!
+//! [`compile`] turns source text into an [`Artifact`]: one OpenCL C function and a list of what it needs. The crate reads no
+//! files, no clock and no environment: other files come through [`Includes`]. Input of any kind yields a result or
+//! [diagnostics](diag), never a panic.
+//!
+//! ```
+//! use oslcl_compiler::{Binding, NoIncludes, Options, compile};
+//!
+//! let source = "surface chalk(color Cs = 0.5, float gain = 1) { Ci = gain * Cs * diffuse(N); }";
+//! let options = Options { bindings: vec![("gain".into(), Binding::Float(0.8))], ..Options::default() };
+//! match compile(source, &options, &NoIncludes) {
+//!     Ok(output) => {
+//!         assert_eq!(output.artifact.lobes, ["diffuse"]);
+//!         assert!(output.artifact.code.contains(&output.artifact.entry));
+//!     }
+//!     Err(failure) => panic!("{failure}"),
+//! }
+//! ```
+//!
+//! A [`Master`] keeps the front half's work, to write code for many sets of parameters.
 
 #![forbid(unsafe_code)]
 
+pub mod artifact;
 pub mod ast;
+pub mod backend;
 pub mod builtins;
 pub mod check;
 pub mod diag;
+mod facade;
 pub mod interp;
 pub mod ir;
 pub mod lower;
@@ -16,3 +39,10 @@ pub mod reflect;
 pub mod source;
 pub mod suggest;
 pub mod types;
+
+pub use artifact::{Artifact, Radiance};
+pub use diag::Diagnostic;
+pub use facade::{Binding, Entry, Failure, Master, NoIncludes, Options, Output, check_only, compile, inspect};
+pub use preprocess::Includes;
+pub use reflect::ShaderInfo;
+pub use source::SourceMap;

@@ -95,6 +95,11 @@ impl SourceMap {
         Location { file: file.name.clone(), line: line as u32 + 1, column: column as u32 + 1 }
     }
 
+    /// The line, from 1, on which a span starts.
+    pub fn line(&self, span: Span) -> u32 {
+        self.file(span.file).line_starts.partition_point(|&s| s <= span.start) as u32
+    }
+
     /// The text of the line (from 1) of a file, without its end; empty when there is no such line.
     pub fn line_text(&self, id: FileId, line: u32) -> &str {
         let file = self.file(id);

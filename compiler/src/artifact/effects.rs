@@ -1,0 +1,196 @@
+//! What a shader can do to the renderer and asks of it, read off its IR.
+
+use crate::builtins::{self, ClosureRole};
+use crate::ir::{Arg, Const, Inst, LocalId, LocalKind, Shader, Stmt, ValueId};
+use serde::Serialize;
+use std::collections::{BTreeSet, HashMap};
+
+/// Radiance that a shader gives, W / (m^2 sr) per channel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Radiance {
+    /// None at all.
+    None,
+    /// Always this.
+    Constant([f64; 3]),
+    /// Depends on the point.
+    Varying,
+}
+
+impl Radiance {
+    fn add(self, other: Radiance) -> Radiance {
+        use Radiance::*;
+        match (self, other) {
+            (None, r) | (r, None) => r,
+            (Constant(a), Constant(b)) => Constant([a[0] + b[0], a[1] + b[1], a[2] + b[2]]),
+            _ => Varying,
+        }
+    }
+}
+
+/// Fields of `ShaderGlobals` (kernels/globals.h) beyond OSL's globals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct State {
+    /// `object_space`.
+    pub object_space: bool,
+    /// `camera_space`.
+    pub camera_space: bool,
+    /// `surfacearea`.
+    pub surface_area: bool,
+    /// `backfacing`.
+    pub backfacing: bool,
+    /// `raytype`.
+    pub raytype: bool,
+}
+
+/// The findings.
+#[derive(Debug)]
+pub(super) struct Effects {
+    pub lobes: Vec<String>,
+    pub globals: Vec<&'static str>,
+    pub state: State,
+    pub noise: Vec<String>,
+    pub emission: Radiance,
+    pub background: Radiance,
+    pub transparent: bool,
+    pub holdout: bool,
+}
+
+/// Reads a shader after `passes`.
+pub(super) fn of(shader: &Shader) -> Effects {
+    let mut lobes = BTreeSet::new();
+    let mut effects = Effects {
+        lobes: Vec::new(),
+        globals: Vec::new(),
+        state: State::default(),
+        noise: Vec::new(),
+        emission: Radiance::None,
+        background: Radiance::None,
+        transparent: false,
+        holdout: false,
+    };
+    let known = constants_at_end(shader);
+    let radiance = |l: LocalId| match known.get(&l) {
+        Some(Some(c)) if *c == [0.0; 3] => Radiance::None,
+        Some(Some(c)) => Radiance::Constant(*c),
+        Some(None) => Radiance::Varying,
+        // Never stored: zero.
+        None => Radiance::None,
+    };
+    for slot in &shader.slots {
+        match builtins::closure(slot.closure).role {
+            ClosureRole::Lobe(name) => {
+                lobes.insert(name.to_owned());
+            }
+            ClosureRole::Transparent => {
+                lobes.insert("transparent".to_owned());
+                effects.transparent = true;
+            }
+            ClosureRole::Emission => effects.emission = effects.emission.add(radiance(slot.weight)),
+            ClosureRole::Background => effects.background = effects.background.add(radiance(slot.weight)),
+            ClosureRole::Holdout => effects.holdout = true,
+            ClosureRole::Debug | ClosureRole::NotYet => {}
+        }
+    }
+    effects.lobes = lobes.into_iter().collect();
+    effects.globals = globals(shader);
+    calls(shader, &mut effects);
+    // The generated code itself asks which side emits, and from where the lobes are seen.
+    effects.state.backfacing |= effects.emission != Radiance::None;
+    effects
+}
+
+/// OSL's globals that are read, in declaration order.
+fn globals(shader: &Shader) -> Vec<&'static str> {
+    let mut read = BTreeSet::new();
+    for block in shader.blocks() {
+        block.walk(&mut |s| {
+            if let Stmt::Let(v) = s {
+                shader.values[v.0 as usize].inst.locals(&mut |l| {
+                    read.insert(l);
+                });
+            }
+        });
+    }
+    for slot in &shader.slots {
+        read.insert(slot.weight);
+        read.extend(slot.args.iter().filter_map(|a| match a {
+            crate::ir::SlotArg::Local(l) => Some(*l),
+            crate::ir::SlotArg::Const(_) => None,
+        }));
+    }
+    let mut found: Vec<crate::ir::Global> = read
+        .into_iter()
+        .filter_map(|l| match shader.locals[l.0 as usize].kind {
+            LocalKind::Global(g) => Some(g),
+            _ => None,
+        })
+        .collect();
+    found.sort();
+    found.dedup();
+    found.into_iter().map(|g| g.name()).collect()
+}
+
+/// State and noise that calls ask for.
+fn calls(shader: &Shader, effects: &mut Effects) {
+    let mut noise = BTreeSet::new();
+    let mut call = |func: builtins::FuncId, args: &[Arg]| {
+        let name = builtins::row(func).name;
+        match name {
+            "space_matrix" | "space_matrix_inverse" => match args.first() {
+                Some(Arg::Value(v)) => match &shader.values[v.0 as usize].inst {
+                    Inst::Const(Const::Int(0)) => {}
+                    Inst::Const(Const::Int(3)) => effects.state.camera_space = true,
+                    Inst::Const(_) => effects.state.object_space = true,
+                    _ => {
+                        effects.state.camera_space = true;
+                        effects.state.object_space = true;
+                    }
+                },
+                _ => {}
+            },
+            "surfacearea" => effects.state.surface_area = true,
+            "backfacing" => effects.state.backfacing = true,
+            "raytype_bit" => effects.state.raytype = true,
+            _ => {}
+        }
+        if let Some(kind) = name.strip_prefix("noise_").or_else(|| name.strip_prefix("pnoise_")) {
+            noise.insert(kind.to_owned());
+        }
+    };
+    for block in shader.blocks() {
+        block.walk(&mut |s| match s {
+            Stmt::Let(v) => {
+                if let Inst::Call(func, args) = &shader.values[v.0 as usize].inst {
+                    call(*func, args);
+                }
+            }
+            Stmt::Call { func, args, .. } => call(*func, args),
+            _ => {}
+        });
+    }
+    effects.noise = noise.into_iter().collect();
+}
+
+/// For every single triple local that is written: the constant that it always ends with, if there is one.
+///
+/// Only what happens on the way straight through the shader counts; a store under a condition makes it unknown.
+fn constants_at_end(shader: &Shader) -> HashMap<LocalId, Option<[f64; 3]>> {
+    let mut known = HashMap::new();
+    let constant = |v: ValueId| match &shader.values[v.0 as usize].inst {
+        Inst::Const(Const::Triple(t)) => Some(*t),
+        _ => None,
+    };
+    for block in shader.blocks() {
+        for stmt in &block.stmts {
+            stmt.blocks(&mut |inner| {
+                inner.walk(&mut |s| s.written(&mut |l| _ = known.insert(l, None)));
+            });
+            match stmt {
+                Stmt::Store(l, v) => _ = known.insert(*l, constant(*v)),
+                other => other.written(&mut |l| _ = known.insert(l, None)),
+            }
+        }
+    }
+    known
+}

@@ -1,0 +1,87 @@
+//! What leaves the compiler: code, entry point, and what the code needs of a renderer.
+//!
+//! In: optimised IR, its code, the reflection. Out: [`Artifact`], also as JSON for tools. It must not know how the code was
+//! written.
+
+mod effects;
+
+pub use effects::{Radiance, State};
+
+use crate::backend::opencl_c::{Code, Output};
+use crate::ir::Shader;
+use crate::reflect::ShaderInfo;
+use serde::Serialize;
+
+/// Version of the interface between artifacts and kernels (kernels/lobe.h, kernels/globals.h, kernels/osl/). A renderer
+/// refuses artifacts of another one.
+pub const ABI_VERSION: u32 = 1;
+
+/// A compiled shader.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Artifact {
+    /// [`ABI_VERSION`] of the compiler that made it.
+    pub abi_version: u32,
+    /// The shader's name in OSL.
+    pub name: String,
+    /// `surface`, `displacement`, `volume` or `shader`.
+    pub kind: String,
+    /// Name of the function in `code`; differs between shaders and between instances of one shader.
+    pub entry: String,
+    /// OpenCL C 1.2, with `#include`s of kernel headers.
+    pub code: String,
+    /// The headers that `code` includes, relative to kernels/.
+    pub includes: Vec<String>,
+    /// Names of the lobe types that can occur (`LOBE_*` of kernels/lobe.h in small letters), sorted, each once.
+    pub lobes: Vec<String>,
+    /// Fields of `ShaderGlobals` that the code reads: OSL's names of the globals.
+    pub globals: Vec<&'static str>,
+    /// What else of the renderer's state it reads.
+    pub state: State,
+    /// Noise kinds in use: `perlin`, `uperlin`, `cell`, `hash`, `simplex`, `usimplex`.
+    pub noise: Vec<String>,
+    /// Radiance that the front side emits.
+    pub emission: Radiance,
+    /// Radiance of the environment.
+    pub background: Radiance,
+    /// Whether light can pass straight on.
+    pub has_transparent: bool,
+    /// Whether it can cut holes into alpha.
+    pub has_holdout: bool,
+    /// Outputs of a grid function, in order; empty for materials.
+    pub outputs: Vec<Output>,
+    /// Parameters, defaults and metadata as written.
+    pub info: ShaderInfo,
+}
+
+impl Artifact {
+    /// Puts together what the back end wrote with what the IR tells.
+    pub fn new(shader: &Shader, code: Code, info: ShaderInfo) -> Artifact {
+        let effects = effects::of(shader);
+        Artifact {
+            abi_version: ABI_VERSION,
+            name: shader.name.clone(),
+            kind: shader.kind.clone(),
+            entry: code.entry,
+            code: code.text,
+            includes: code.includes,
+            lobes: effects.lobes,
+            globals: effects.globals,
+            state: effects.state,
+            noise: effects.noise,
+            emission: effects.emission,
+            background: effects.background,
+            has_transparent: effects.transparent,
+            has_holdout: effects.holdout,
+            outputs: code.outputs,
+            info,
+        }
+    }
+
+    /// As indented JSON: an object with the fields of [`Artifact`]. `emission` and `background` are `"none"`, `"varying"` or
+    /// `{"constant": [r, g, b]}`; values in `info` have the shapes of [`crate::reflect`]; numbers that JSON cannot hold
+    /// (infinities) are `null`.
+    pub fn to_json(&self) -> String {
+        // Serialising to memory fails only for maps with keys that are no strings, and there are no maps here.
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+}

@@ -1,0 +1,8 @@
+//! Back ends: verified IR to the text of a target.
+//!
+//! A back end knows the IR and the table of built-ins. It must know neither the syntax tree nor another back end.
+
+pub mod opencl_c;
+mod strings;
+
+pub use strings::string_id;

@@ -1,0 +1,34 @@
+//! Which kernel header holds which function. Only headers in use are included: what is not included costs no build time.
+
+/// The header of an operator's helper.
+pub(super) fn of_op(name: &str) -> &'static str {
+    let of_matrix = name.ends_with("_m") || name == "op_matrix_f";
+    if of_matrix { "osl/matrix.h" } else { "osl/ops.h" }
+}
+
+/// The header of a built-in's kernel function, by the name of its row.
+pub(super) fn of_function(name: &str) -> &'static str {
+    if let Some(kind) = name.strip_prefix("noise_").or_else(|| name.strip_prefix("pnoise_")) {
+        return match kind {
+            "perlin" | "uperlin" => "osl/noise_perlin.h",
+            "simplex" | "usimplex" => "osl/noise_simplex.h",
+            "cell" => "osl/noise_cell.h",
+            _ => "osl/noise_hash.h",
+        };
+    }
+    if name.starts_with("spline") {
+        return "osl/spline.h";
+    }
+    match name {
+        "dot" | "cross" | "length" | "normalize" | "distance" | "faceforward_ref" | "reflect" | "refract"
+        | "fresnel" | "rotate" => "osl/geometric.h",
+        "transform_point" | "transform_vector" | "transform_normal" | "determinant" | "transpose" => "osl/matrix.h",
+        "luminance" | "blackbody" | "wavelength_color" | "hsv_to_rgb" | "rgb_to_hsv" | "hsl_to_rgb" | "rgb_to_hsl"
+        | "yiq_to_rgb" | "rgb_to_yiq" | "xyz_to_rgb" | "rgb_to_xyz" | "xyy_to_rgb" | "rgb_to_xyy" | "srgb_to_rgb"
+        | "rgb_to_srgb" => "osl/color.h",
+        "step" | "linearstep" | "smoothstep" | "smooth_linearstep" => "osl/pattern.h",
+        "hash_value" => "osl/hash.h",
+        "surfacearea" | "backfacing" | "raytype_bit" | "space_matrix" | "space_matrix_inverse" => "osl/state.h",
+        _ => "osl/math.h",
+    }
+}

@@ -1,0 +1,609 @@
+//! The state of one emission, and the expressions of the IR as C text.
+//!
+//! A value that is used once, in the block that computes it, becomes part of the expression that uses it, unless a store
+//! to something it reads stands between; the others become `const` variables.
+
+use super::analysis::{Analysis, BlockNumber, LocalUse, ROOT};
+use super::headers;
+use super::literal;
+use super::names;
+use crate::backend::string_id;
+use crate::builtins;
+use crate::diag::Diagnostic;
+use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, LocalKind, Shader, Ty, UnaryOp, ValueId};
+use crate::source::{SourceMap, Span};
+use std::collections::{BTreeSet, HashMap, VecDeque};
+
+/// Longer expressions become variables of their own.
+const MAX_INLINE: usize = 72;
+
+/// Values waiting to be used, at most.
+const MAX_PENDING: usize = 64;
+
+/// Nested braces that C compilers take without complaint (clang refuses 256).
+const MAX_DEPTH: usize = 200;
+
+/// Longer constant arrays lie in constant memory.
+pub(super) const MAX_PRIVATE_TABLE: u32 = 16;
+
+/// How tightly an expression binds; higher binds tighter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Prec {
+    Conditional,
+    Bits,
+    Equality,
+    Relation,
+    Sum,
+    Product,
+    Unary,
+    Primary,
+}
+
+/// C text of a value.
+#[derive(Clone, Debug)]
+pub(super) struct Expr {
+    pub text: String,
+    pub prec: Prec,
+    /// Locals that it reads and that may change.
+    loads: Vec<LocalId>,
+    /// It is exactly this local.
+    whole: Option<LocalId>,
+    /// It is a triple of this one float.
+    splat: Option<Box<Expr>>,
+    /// It is this local with one component set: the component's place and the new value.
+    pub update: Option<(LocalId, String, String)>,
+}
+
+impl Expr {
+    fn new(text: impl Into<String>, prec: Prec) -> Expr {
+        Expr { text: text.into(), prec, loads: Vec::new(), whole: None, splat: None, update: None }
+    }
+
+    /// The text, in parentheses if it binds less tightly than asked.
+    fn at(&self, prec: Prec) -> String {
+        if self.prec >= prec { self.text.clone() } else { format!("({})", self.text) }
+    }
+
+    fn reads(mut self, others: &[&Expr]) -> Expr {
+        for other in others {
+            for l in &other.loads {
+                if !self.loads.contains(l) {
+                    self.loads.push(*l);
+                }
+            }
+        }
+        self
+    }
+}
+
+/// What `break` and `continue` of a loop become.
+#[derive(Clone, Debug)]
+pub(super) enum LoopForm {
+    /// C's own.
+    Plain,
+    /// The body is a `do {} while (0)`: leaving it continues; the flag leaves the loop.
+    Wrapped(String),
+}
+
+/// One emission.
+pub(super) struct Writer<'a> {
+    pub shader: &'a Shader,
+    pub analysis: Analysis<'a>,
+    pub out: String,
+    pub indent: usize,
+    /// Program-scope tables, in front of the function.
+    pub tables: String,
+    pub names: Vec<String>,
+    pub declared: Vec<bool>,
+    pub loops: Vec<LoopForm>,
+    pub flags: u32,
+    /// The block being written.
+    pub scope: BlockNumber,
+    pub includes: BTreeSet<&'static str>,
+    pub errors: Vec<Diagnostic>,
+    sources: Option<&'a SourceMap>,
+    line: Option<(u32, u32)>,
+    exprs: Vec<Option<Expr>>,
+    pending: VecDeque<ValueId>,
+    temps: u32,
+    strings: HashMap<u32, String>,
+    depth: usize,
+}
+
+impl<'a> Writer<'a> {
+    pub(super) fn new(shader: &'a Shader, results: &[LocalId], sources: Option<&'a SourceMap>) -> Writer<'a> {
+        Writer {
+            shader,
+            analysis: Analysis::of(shader, results),
+            out: String::new(),
+            indent: 1,
+            tables: String::new(),
+            names: names::of_locals(shader),
+            declared: vec![false; shader.locals.len()],
+            loops: Vec::new(),
+            flags: 0,
+            scope: ROOT,
+            includes: BTreeSet::new(),
+            errors: Vec::new(),
+            sources,
+            line: None,
+            exprs: vec![None; shader.values.len()],
+            pending: VecDeque::new(),
+            temps: 0,
+            strings: HashMap::new(),
+            depth: 0,
+        }
+    }
+
+    /// Writes one line, after a `#line` if lines are tracked and the place is news.
+    pub(super) fn put(&mut self, span: Option<Span>, text: &str) {
+        if let (Some(sources), Some(span)) = (self.sources, span.filter(|s| s.end > s.start)) {
+            let at = (span.file.0, sources.line(span));
+            if self.line != Some(at) {
+                let name = sources.file(span.file).name.replace(['"', '\\', '\n', '\r', '@'], "_");
+                self.out.push_str(&format!("#line {} \"{name}\"\n", at.1));
+                self.line = Some(at);
+            }
+        }
+        for _ in 0..self.indent {
+            self.out.push_str("    ");
+        }
+        self.out.push_str(text);
+        self.out.push('\n');
+        self.line = self.line.map(|(file, line)| (file, line + 1));
+    }
+
+    /// Whether `#line` directives are written.
+    pub(super) fn tracks_lines(&self) -> bool {
+        self.sources.is_some()
+    }
+
+    /// Variables made for values so far.
+    pub(super) fn temps(&self) -> u32 {
+        self.temps
+    }
+
+    /// The next line gets a `#line` in any case.
+    pub(super) fn forget_line(&mut self) {
+        self.line = None;
+    }
+
+    /// Opens a brace level.
+    pub(super) fn open(&mut self, span: Option<Span>) {
+        self.indent += 1;
+        self.depth += 1;
+        if self.depth == MAX_DEPTH {
+            let message = format!("control flow nests deeper than the {MAX_DEPTH} levels that OpenCL compilers accept");
+            self.errors.push(match span {
+                Some(span) => Diagnostic::error("E4202", span, message),
+                None => Diagnostic::global("E4202", message),
+            });
+        }
+    }
+
+    /// Closes a brace level.
+    pub(super) fn close(&mut self) {
+        self.indent -= 1;
+        self.depth -= 1;
+    }
+
+    /// An operator's helper, by name; its header is included.
+    fn op(&mut self, name: &'static str) -> &'static str {
+        self.includes.insert(headers::of_op(name));
+        name
+    }
+
+    pub(super) fn local_use(&self, l: LocalId) -> &LocalUse {
+        &self.analysis.locals[l.0 as usize]
+    }
+
+    pub(super) fn name(&self, l: LocalId) -> &str {
+        &self.names[l.0 as usize]
+    }
+
+    pub(super) fn constant(&mut self, c: &Const) -> String {
+        if let Const::Str(text) = c {
+            let earlier = self.strings.entry(string_id(text)).or_insert_with(|| text.clone());
+            if earlier != text {
+                let message = format!("the strings `{earlier}` and `{text}` have the same id on the device");
+                self.errors.push(Diagnostic::global("E4201", message).help("rename one of them"));
+            }
+        }
+        if matches!(c, Const::Matrix(_)) {
+            self.op("op_matrix_f");
+        }
+        literal::constant(c)
+    }
+
+    /// Zero of a type.
+    pub(super) fn zero(&mut self, ty: Ty) -> &'static str {
+        match ty {
+            Ty::Float => "0.0",
+            Ty::Triple => "(real3)(0.0)",
+            Ty::Matrix => {
+                self.op("op_matrix_f");
+                "op_matrix_f(0.0)"
+            }
+            _ => "0",
+        }
+    }
+
+    /// The value of a single local, now.
+    pub(super) fn load(&mut self, l: LocalId) -> Expr {
+        let local = &self.shader.locals[l.0 as usize];
+        let never_written = self.local_use(l).writes == 0;
+        match local.kind {
+            LocalKind::Global(g) if never_written => return Expr::new(format!("sg->{}", g.name()), Prec::Primary),
+            _ if never_written => return Expr::new(self.zero(local.ty), Prec::Unary),
+            _ => {}
+        }
+        let mut e = Expr::new(self.name(l), Prec::Primary);
+        if !self.analysis.is_fixed(l) {
+            e.loads.push(l);
+            e.whole = Some(l);
+        }
+        e
+    }
+
+    /// `array[index]`; the index is in range already.
+    pub(super) fn element(&mut self, l: LocalId, index: &str) -> Expr {
+        let ty = self.shader.locals[l.0 as usize].ty;
+        let name = self.name(l).to_owned();
+        if !self.is_table(l) {
+            let mut e = Expr::new(format!("{name}[{index}]"), Prec::Primary);
+            if self.local_use(l).changes {
+                e.loads.push(l);
+            }
+            return e;
+        }
+        Expr::new(table_element(self, ty, &name, index), Prec::Primary)
+    }
+
+    /// Whether an array is read from constant memory only.
+    pub(super) fn is_table(&self, l: LocalId) -> bool {
+        let u = self.local_use(l);
+        let len = self.shader.locals[l.0 as usize].len.unwrap_or(0);
+        len > MAX_PRIVATE_TABLE && !u.changes && !u.passed && !u.initial.is_empty()
+    }
+
+    /// The text of a value where it is used.
+    pub(super) fn operand(&mut self, v: ValueId) -> Expr {
+        let slot = &mut self.exprs[v.0 as usize];
+        if !self.analysis.is_single(v) {
+            return slot.clone().unwrap_or_else(|| Expr::new("0", Prec::Primary));
+        }
+        let e = slot.take().unwrap_or_else(|| Expr::new("0", Prec::Primary));
+        if !e.loads.is_empty() {
+            self.pending.retain(|p| *p != v);
+        }
+        e
+    }
+
+    /// Computes a value here or remembers how.
+    pub(super) fn compute(&mut self, v: ValueId) {
+        if self.analysis.is_dead(v) {
+            return;
+        }
+        let shader = self.shader;
+        let value = &shader.values[v.0 as usize];
+        let free = match &value.inst {
+            Inst::Const(c) => !matches!(c, Const::Matrix(_)),
+            Inst::Load(l) => self.analysis.is_fixed(*l) && (value.ty != Ty::Matrix || self.local_use(*l).writes > 0),
+            _ => false,
+        };
+        let e = self.inst(&value.inst, value.ty, value.span);
+        if free || (self.analysis.is_single(v) && e.text.len() <= MAX_INLINE) {
+            if !e.loads.is_empty() {
+                self.pending.push_back(v);
+            }
+            self.exprs[v.0 as usize] = Some(e);
+            if self.pending.len() > MAX_PENDING {
+                if let Some(oldest) = self.pending.pop_front() {
+                    self.materialise(oldest);
+                }
+            }
+        } else {
+            self.exprs[v.0 as usize] = Some(e);
+            self.materialise(v);
+        }
+    }
+
+    /// Turns a remembered expression into a variable.
+    fn materialise(&mut self, v: ValueId) {
+        let value = &self.shader.values[v.0 as usize];
+        let Some(e) = self.exprs[v.0 as usize].take() else { return };
+        self.temps += 1;
+        let name = format!("t{}", self.temps);
+        self.put(Some(value.span), &format!("const {} {name} = {};", names::ctype(value.ty), e.text));
+        self.exprs[v.0 as usize] = Some(Expr::new(name, Prec::Primary));
+    }
+
+    /// Before a local changes: computes what still wants its old value.
+    pub(super) fn before_write(&mut self, l: LocalId) {
+        let reads = |w: &Self, v: &ValueId| w.exprs[v.0 as usize].as_ref().is_some_and(|e| e.loads.contains(&l));
+        let waiting: Vec<ValueId> = self.pending.iter().copied().filter(|v| reads(self, v)).collect();
+        self.pending.retain(|v| !waiting.contains(v));
+        for v in waiting {
+            self.materialise(v);
+        }
+    }
+
+    /// Before control flow: computes everything that reads variables.
+    pub(super) fn before_branch(&mut self) {
+        for v in std::mem::take(&mut self.pending) {
+            self.materialise(v);
+        }
+    }
+
+    fn index(&mut self, v: ValueId, len: u32) -> Expr {
+        let last = len.saturating_sub(1).min(i32::MAX as u32) as i32;
+        if let Inst::Const(Const::Int(i)) = self.shader.values[v.0 as usize].inst {
+            self.operand(v);
+            return Expr::new((i.clamp(0, last)).to_string(), Prec::Primary);
+        }
+        let e = self.operand(v);
+        Expr::new(format!("clamp({}, 0, {last})", e.text), Prec::Primary).reads(&[&e])
+    }
+
+    /// The array's index as text; reads are remembered by the caller's statement.
+    pub(super) fn index_text(&mut self, v: ValueId, len: u32) -> String {
+        self.index(v, len).text
+    }
+
+    fn call(&mut self, function: &str, args: &[Expr]) -> Expr {
+        let texts: Vec<&str> = args.iter().map(|a| a.text.as_str()).collect();
+        let reads: Vec<&Expr> = args.iter().collect();
+        Expr::new(format!("{function}({})", texts.join(", ")), Prec::Primary).reads(&reads)
+    }
+
+    fn op_call(&mut self, function: &'static str, args: &[ValueId]) -> Expr {
+        let args: Vec<Expr> = args.iter().map(|a| self.operand(*a)).collect();
+        let function = self.op(function);
+        self.call(function, &args)
+    }
+
+    /// Name and arguments of a built-in's kernel function.
+    pub(super) fn builtin(
+        &mut self,
+        func: builtins::FuncId,
+        args: &[Arg],
+        outputs: &[LocalId],
+        result: Option<Ty>,
+    ) -> Expr {
+        let row = builtins::row(func);
+        let mut codes = String::new();
+        let mut list = Vec::new();
+        if matches!(row.lowering, builtins::Lowering::State | builtins::Lowering::InternalState) {
+            list.push(Expr::new("sg", Prec::Primary));
+        }
+        for arg in args {
+            match arg {
+                Arg::Value(v) => {
+                    codes.push(self.shader.values[v.0 as usize].ty.code());
+                    list.push(self.operand(*v));
+                }
+                Arg::Array(l) => {
+                    codes.push('a');
+                    let (name, len) = self.array(*l, &mut codes);
+                    let mut e = Expr::new(name, Prec::Primary);
+                    if self.local_use(*l).changes {
+                        e.loads.push(*l);
+                    }
+                    list.extend([e, Expr::new(len, Prec::Primary)]);
+                }
+            }
+        }
+        for l in outputs {
+            let local = &self.shader.locals[l.0 as usize];
+            codes.push('o');
+            if local.len.is_some() {
+                codes.push('a');
+                let (name, len) = self.array(*l, &mut codes);
+                list.extend([Expr::new(name, Prec::Primary), Expr::new(len, Prec::Primary)]);
+            } else {
+                codes.push(local.ty.code());
+                list.push(Expr::new(format!("&{}", self.name(*l)), Prec::Unary));
+            }
+        }
+        self.includes.insert(headers::of_function(row.name));
+        let function = names::kernel_function(row.name, result, &codes);
+        self.call(&function, &list)
+    }
+
+    fn array(&self, l: LocalId, codes: &mut String) -> (String, String) {
+        let local = &self.shader.locals[l.0 as usize];
+        codes.push(local.ty.code());
+        (self.name(l).to_owned(), local.len.unwrap_or(0).to_string())
+    }
+
+    fn inst(&mut self, inst: &Inst, ty: Ty, span: Span) -> Expr {
+        match inst {
+            Inst::Const(c) => {
+                let negative = matches!(c, Const::Int(i) if *i < 0 && *i != i32::MIN)
+                    || matches!(c, Const::Float(f) if f.is_sign_negative() && !f.is_nan())
+                    || matches!(c, Const::Triple(_) | Const::Str(_));
+                Expr::new(self.constant(c), if negative { Prec::Unary } else { Prec::Primary })
+            }
+            Inst::Load(l) => self.load(*l),
+            Inst::LoadElem(l, i) => {
+                let len = self.shader.locals[l.0 as usize].len.unwrap_or(1);
+                let index = self.index(*i, len);
+                self.element(*l, &index.text).reads(&[&index])
+            }
+            Inst::Unary(op, a) => self.unary(*op, *a),
+            Inst::Binary(op, a, b) => self.binary(*op, *a, *b),
+            Inst::Convert(a) => self.convert(*a, ty),
+            Inst::Triple(parts) => {
+                let parts = parts.map(|p| self.operand(p));
+                let mut e = self.call("(real3)", &parts);
+                e.prec = Prec::Unary;
+                e
+            }
+            Inst::Matrix(parts) => {
+                self.op("op_matrix_f");
+                let parts: Vec<Expr> = parts.iter().map(|p| self.operand(*p)).collect();
+                self.call("make_mat4", &parts)
+            }
+            Inst::Component(v, i) => match self.shader.values[i.0 as usize].inst {
+                Inst::Const(Const::Int(_)) => {
+                    let index = self.index(*i, 3);
+                    let v = self.operand(*v);
+                    Expr::new(format!("{}.{}", v.at(Prec::Primary), component(&index.text)), Prec::Primary).reads(&[&v])
+                }
+                _ => self.op_call("op_get_v", &[*v, *i]),
+            },
+            Inst::WithComponent(v, i, x) => match self.shader.values[i.0 as usize].inst {
+                Inst::Const(Const::Int(_)) => {
+                    let index = self.index(*i, 3);
+                    let (v, x) = (self.operand(*v), self.operand(*x));
+                    let function = self.op("op_set_v");
+                    let text = format!("{function}({}, {}, {})", v.text, index.text, x.text);
+                    let place = format!("{}.{}", v.text, component(&index.text));
+                    let update = v.whole.map(|l| (l, place, x.text.clone()));
+                    Expr { update, ..Expr::new(text, Prec::Primary).reads(&[&v, &x]) }
+                }
+                _ => self.op_call("op_set_v", &[*v, *i, *x]),
+            },
+            Inst::MatrixElement(m, r, c) => self.op_call("op_get_m", &[*m, *r, *c]),
+            Inst::WithMatrixElement(m, r, c, x) => self.op_call("op_set_m", &[*m, *r, *c, *x]),
+            Inst::Select(c, a, b) => match ty {
+                Ty::Triple => self.op_call("op_select_v", &[*c, *a, *b]),
+                Ty::Matrix => self.op_call("op_select_m", &[*c, *a, *b]),
+                _ => {
+                    let (c, a, b) = (self.operand(*c), self.operand(*a), self.operand(*b));
+                    let tight = Prec::Bits;
+                    let text = format!("{} ? {} : {}", c.at(tight), a.at(tight), b.at(tight));
+                    Expr::new(text, Prec::Conditional).reads(&[&c, &a, &b])
+                }
+            },
+            Inst::Call(func, args) => self.builtin(*func, args, &[], Some(ty)),
+            Inst::Closure(..)
+            | Inst::NullClosure
+            | Inst::AddClosure(..)
+            | Inst::ScaleClosure(..)
+            | Inst::ClosureIsSet(_) => {
+                let message = "internal error: a closure reached the back end";
+                self.errors.push(Diagnostic::error("E4299", span, message));
+                Expr::new("0", Prec::Primary)
+            }
+        }
+    }
+
+    fn unary(&mut self, op: UnaryOp, a: ValueId) -> Expr {
+        match (op, self.shader.values[a.0 as usize].ty) {
+            (UnaryOp::Neg, Ty::Int) => self.op_call("op_neg_i", &[a]),
+            (UnaryOp::Neg, Ty::Matrix) => self.op_call("op_neg_m", &[a]),
+            (op, _) => {
+                let sign = match op {
+                    UnaryOp::Neg => "-",
+                    UnaryOp::Compl => "~",
+                    UnaryOp::Not => "!",
+                };
+                let a = self.operand(a);
+                Expr::new(format!("{sign}{}", a.at(Prec::Primary)), Prec::Unary).reads(&[&a])
+            }
+        }
+    }
+
+    fn convert(&mut self, a: ValueId, to: Ty) -> Expr {
+        match (self.shader.values[a.0 as usize].ty, to) {
+            (Ty::Float, Ty::Int) => self.op_call("op_int_f", &[a]),
+            (Ty::Float, Ty::Matrix) => self.op_call("op_matrix_f", &[a]),
+            (_, Ty::Triple) => {
+                let literal = matches!(self.shader.values[a.0 as usize].inst, Inst::Const(_));
+                let a = self.operand(a);
+                let e = Expr::new(format!("(real3)({})", a.text), Prec::Unary).reads(&[&a]);
+                Expr { splat: (!literal).then(|| Box::new(a)), ..e }
+            }
+            _ => {
+                let a = self.operand(a);
+                Expr::new(format!("(real){}", a.at(Prec::Unary)), Prec::Unary).reads(&[&a])
+            }
+        }
+    }
+
+    /// Whether a divisor is a constant for which C's division is OSL's.
+    fn harmless_divisor(&self, b: ValueId) -> bool {
+        let harmless = |f: &f64| *f != 0.0 && f.is_finite();
+        match &self.shader.values[b.0 as usize].inst {
+            Inst::Const(Const::Int(i)) => !matches!(i, 0 | -1),
+            Inst::Const(Const::Float(f)) => harmless(f),
+            Inst::Const(Const::Triple(t)) => t.iter().all(harmless),
+            _ => false,
+        }
+    }
+
+    fn binary(&mut self, op: BinaryOp, a: ValueId, b: ValueId) -> Expr {
+        use BinaryOp::*;
+        let ty = self.shader.values[a.0 as usize].ty;
+        let helper = match (op, ty) {
+            (Add, Ty::Int) => "op_add_i",
+            (Sub, Ty::Int) => "op_sub_i",
+            (Mul, Ty::Int) => "op_mul_i",
+            (Div, Ty::Int) if !self.harmless_divisor(b) => "op_div_i",
+            (Mod, _) if !self.harmless_divisor(b) => "op_rem_i",
+            (Shl, _) => "op_shl_i",
+            (Shr, _) => "op_shr_i",
+            (Div, Ty::Float) if !self.harmless_divisor(b) => "op_div_f",
+            (Div, Ty::Triple) if !self.harmless_divisor(b) => "op_div_v",
+            (Mul, Ty::Matrix) => "op_mul_m",
+            (Div, Ty::Matrix) => "op_div_m",
+            (Eq | Ne, Ty::Triple) => "op_eq_v",
+            (Eq | Ne, Ty::Matrix) => "op_eq_m",
+            _ => "",
+        };
+        if !helper.is_empty() {
+            let e = self.op_call(helper, &[a, b]);
+            return if op == Ne { Expr { prec: Prec::Unary, text: format!("!{}", e.text), ..e } } else { e };
+        }
+        let (sign, prec) = match op {
+            Add => ("+", Prec::Sum),
+            Sub => ("-", Prec::Sum),
+            Mul => ("*", Prec::Product),
+            Div => ("/", Prec::Product),
+            Mod => ("%", Prec::Product),
+            Eq => ("==", Prec::Equality),
+            Ne => ("!=", Prec::Equality),
+            Lt => ("<", Prec::Relation),
+            Le => ("<=", Prec::Relation),
+            Gt => (">", Prec::Relation),
+            Ge => (">=", Prec::Relation),
+            BitAnd | Shl | Shr => ("&", Prec::Bits),
+            BitOr => ("|", Prec::Bits),
+            BitXor => ("^", Prec::Bits),
+        };
+        let (mut a, mut b) = (self.operand(a), self.operand(b));
+        // A float beside a triple acts on each component.
+        match (a.splat.take(), b.splat.take()) {
+            (Some(f), None) if prec >= Prec::Sum => a = *f,
+            (None, Some(f)) if prec >= Prec::Sum => b = *f,
+            _ => {}
+        }
+        // Comparisons and bits: parentheses around anything compound, as compilers' warnings and readers want.
+        let (left, right) = match prec {
+            Prec::Sum => (Prec::Sum, Prec::Product),
+            Prec::Product => (Prec::Product, Prec::Unary),
+            Prec::Relation | Prec::Equality => (Prec::Sum, Prec::Sum),
+            _ => (Prec::Unary, Prec::Unary),
+        };
+        Expr::new(format!("{} {sign} {}", a.at(left), b.at(right)), prec).reads(&[&a, &b])
+    }
+}
+
+/// The field of a real3 with this index.
+pub(super) fn component(index: &str) -> &'static str {
+    match index {
+        "0" => "x",
+        "1" => "y",
+        _ => "z",
+    }
+}
+
+/// An element of a program-scope table of reals or ints.
+pub(super) fn table_element(w: &mut Writer, ty: Ty, name: &str, index: &str) -> String {
+    match ty {
+        Ty::Triple => format!("vload3({index}, @_{name})"),
+        Ty::Matrix => format!("{}(@_{name}, {index})", w.op("op_load_m")),
+        _ => format!("@_{name}[{index}]"),
+    }
+}

@@ -1,0 +1,258 @@
+//! The compiler as one call: source text to artifact.
+//!
+//! In: source, [`Options`], other files through [`Includes`]. Out: [`Output`] or [`Failure`], both with the sources that
+//! their diagnostics point into. Work runs on a thread of its own whose stack is large enough for the deepest input that
+//! the parser accepts. It must not know files, the environment or time.
+
+use crate::artifact::Artifact;
+use crate::backend::opencl_c;
+use crate::diag::{self, Diagnostic};
+use crate::ir::{Const, Shader};
+use crate::preprocess::{self, Includes};
+use crate::reflect::ShaderInfo;
+use crate::source::SourceMap;
+use crate::{check, lower, parse, passes};
+use std::fmt;
+use std::sync::Arc;
+
+pub use crate::backend::opencl_c::Entry;
+
+/// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Binding {
+    /// A whole number.
+    Int(i64),
+    /// A number.
+    Float(f64),
+    /// A string.
+    Str(String),
+    /// A triple (3), a matrix (16, row-major) or an array of numbers, triples or matrices, one behind the other.
+    Floats(Vec<f64>),
+    /// An array of strings.
+    Strs(Vec<String>),
+}
+
+impl Binding {
+    fn constant(&self) -> Const {
+        match self {
+            Binding::Int(v) => i32::try_from(*v).map_or(Const::Float(*v as f64), Const::Int),
+            Binding::Float(v) => Const::Float(*v),
+            Binding::Str(s) => Const::Str(s.clone()),
+            Binding::Floats(v) => Const::Array(v.iter().map(|f| Const::Float(*f)).collect()),
+            Binding::Strs(v) => Const::Array(v.iter().map(|s| Const::Str(s.clone())).collect()),
+        }
+    }
+}
+
+/// Settings of a compilation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Name of the source, for diagnostics and for includes beside it.
+    pub file_name: String,
+    /// `-D`: names and replacements.
+    pub defines: Vec<(String, String)>,
+    /// `-U`: names to leave undefined.
+    pub undefines: Vec<String>,
+    /// Values of parameters by flattened name (`a.x` for field x of struct parameter a). The others keep their defaults.
+    pub bindings: Vec<(String, Binding)>,
+    /// What to write.
+    pub entry: Entry,
+    /// Write `#line` directives that lead from the code back to the OSL source.
+    pub line_directives: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            file_name: "shader.osl".to_owned(),
+            defines: Vec::new(),
+            undefines: Vec::new(),
+            bindings: Vec::new(),
+            entry: Entry::Material,
+            line_directives: false,
+        }
+    }
+}
+
+/// A compiled shader and what was said on the way.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// The result.
+    pub artifact: Artifact,
+    /// Warnings.
+    pub warnings: Vec<Diagnostic>,
+    /// What the warnings point into.
+    pub sources: Arc<SourceMap>,
+}
+
+/// Why there is no result: at least one error.
+#[derive(Clone, Debug, thiserror::Error)]
+pub struct Failure {
+    /// Errors.
+    pub diagnostics: Vec<Diagnostic>,
+    /// What they point into.
+    pub sources: Arc<SourceMap>,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(diag::render_plain(&self.sources, &self.diagnostics).trim_end())
+    }
+}
+
+/// No files beside the embedded headers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoIncludes;
+
+impl Includes for NoIncludes {
+    fn read(&self, _path: &str, _from: Option<&str>, _system: bool) -> Option<(String, Arc<str>)> {
+        None
+    }
+}
+
+/// Headers that come with the compiler.
+const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../shaders-osl/stdosl.h"))];
+
+/// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
+/// headers can be replaced by files of the same name.
+struct WithEmbedded<'a>(&'a dyn Includes);
+
+impl Includes for WithEmbedded<'_> {
+    fn read(&self, path: &str, from: Option<&str>, system: bool) -> Option<(String, Arc<str>)> {
+        let name = path.rsplit('/').next().unwrap_or(path);
+        let embedded = EMBEDDED.iter().find(|(n, _)| *n == name);
+        let ours = || embedded.map(|(n, text)| (format!("<{n}>"), Arc::from(*text)));
+        if name == "stdosl.h" {
+            return ours();
+        }
+        self.0.read(path, from, system).or_else(ours)
+    }
+}
+
+/// Runs work that recurses as deep as its input nests.
+fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Diagnostic> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().name("oslcl-compiler".to_owned()).stack_size(parse::STACK_BYTES);
+        let handle = thread
+            .spawn_scoped(scope, work)
+            .map_err(|e| Diagnostic::global("E4298", format!("cannot start the compiler's thread: {e}")))?;
+        // A panic in there is a defect of ours: it goes on here, with its own message.
+        handle.join().map_or_else(|panic| std::panic::resume_unwind(panic), Ok)
+    })
+}
+
+/// A shader after the front half of the compiler: source to IR, done once. The back half, done once per set of bound
+/// parameters, is [`Master::instance`].
+#[derive(Clone, Debug)]
+pub struct Master {
+    /// `None` only while it is dropped.
+    shader: Option<Box<Shader>>,
+    info: ShaderInfo,
+    warnings: Vec<Diagnostic>,
+    sources: Arc<SourceMap>,
+}
+
+impl Drop for Master {
+    fn drop(&mut self) {
+        // Blocks nest as deep as the source does; freeing them recurses.
+        if let Some(shader) = self.shader.take() {
+            let _ = on_large_stack(move || drop(shader));
+        }
+    }
+}
+
+/// What the front half yields: the IR, the reflection, the warnings.
+type Front = Result<(Shader, ShaderInfo, Vec<Diagnostic>), Vec<Diagnostic>>;
+
+fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
+    let settings = preprocess::Options {
+        defines: options.defines.clone(),
+        undefines: options.undefines.clone(),
+        ..preprocess::Options::default()
+    };
+    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
+    let file = parse::parse(&pre)?;
+    let checked = check::check(&file)?;
+    let shader = lower::lower(&checked)?;
+    let silenced =
+        |d: &Diagnostic| d.labels.first().is_some_and(|l| pre.nowarn.contains(&(l.span.file, sources.line(l.span))));
+    let mut warnings = pre.warnings.clone();
+    warnings.extend(checked.warnings.into_iter().filter(|d| !silenced(d)));
+    Ok((shader, checked.info, warnings))
+}
+
+impl Master {
+    /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines` and `undefines`.
+    pub fn new(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Master, Failure> {
+        let (result, sources) = match on_large_stack(|| {
+            let mut sources = SourceMap::default();
+            let result = front(source, options, includes, &mut sources);
+            (result.map(|(shader, info, warnings)| (Box::new(shader), info, warnings)), Arc::new(sources))
+        }) {
+            Ok(done) => done,
+            Err(d) => return Err(Failure { diagnostics: vec![d], sources: Arc::default() }),
+        };
+        match result {
+            Ok((shader, info, warnings)) => Ok(Master { shader: Some(shader), info, warnings, sources }),
+            Err(diagnostics) => Err(Failure { diagnostics, sources }),
+        }
+    }
+
+    /// Parameters, defaults and metadata.
+    pub fn info(&self) -> &ShaderInfo {
+        &self.info
+    }
+
+    /// Warnings of the front half.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
+    }
+
+    /// The files that diagnostics point into.
+    pub fn sources(&self) -> &Arc<SourceMap> {
+        &self.sources
+    }
+
+    /// Binds parameters, optimises, and writes code. Uses the options' `bindings`, `entry` and `line_directives`.
+    pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
+        let work = || {
+            let Some(master) = &self.shader else { return Err(Vec::new()) };
+            let mut shader = Shader::clone(master);
+            let bindings: Vec<(String, Const)> =
+                options.bindings.iter().map(|(name, value)| (name.clone(), value.constant())).collect();
+            let outputs = match &options.entry {
+                Entry::Material => &[][..],
+                Entry::Grid(names) => names,
+            };
+            passes::optimise(&mut shader, &bindings, outputs)?;
+            let lines = options.line_directives.then_some(&*self.sources);
+            let code = opencl_c::emit(&shader, &options.entry, lines)?;
+            Ok(Artifact::new(&shader, code, self.info.clone()))
+        };
+        let sources = self.sources.clone();
+        match on_large_stack(work) {
+            Ok(Ok(artifact)) => Ok(Output { artifact, warnings: self.warnings.clone(), sources }),
+            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
+            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
+        }
+    }
+}
+
+/// Compiles a source to an artifact.
+pub fn compile(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Output, Failure> {
+    Master::new(source, options, includes)?.instance(options)
+}
+
+/// Parameters, defaults and metadata of a shader.
+pub fn inspect(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<ShaderInfo, Failure> {
+    Master::new(source, options, includes).map(|m| m.info.clone())
+}
+
+/// Checks a source as far as no parameter values are needed; the warnings.
+pub fn check_only(
+    source: &str,
+    options: &Options,
+    includes: &(dyn Includes + Sync),
+) -> Result<(Vec<Diagnostic>, Arc<SourceMap>), Failure> {
+    Master::new(source, options, includes).map(|m| (m.warnings.clone(), m.sources.clone()))
+}
