@@ -5,7 +5,7 @@
 // `pick` is uniform in [0,1). It calls, for every lobe slot with non-zero weight,
 //     Lobe lobe = closure_NAME_CODES(args...);          // kernels/bsdf/NAME.h; CODES as in the table of built-ins
 //     lobe_offer(out, &choice, &lobe, weight, wo);      // kernels/bsdf/pick.h; wo = -sg->I
-// and adds emission, background and holdout itself. String arguments are string ids (strings.h).
+// then lobe_finish(out, &choice), and adds emission, background and holdout itself. String arguments are string ids (strings.h).
 #ifndef OSLCL_LOBE_H
 #define OSLCL_LOBE_H
 

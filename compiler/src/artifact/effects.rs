@@ -137,18 +137,19 @@ fn calls(shader: &Shader, effects: &mut Effects) {
     let mut call = |func: builtins::FuncId, args: &[Arg]| {
         let name = builtins::row(func).name;
         match name {
-            "space_matrix" | "space_matrix_inverse" => match args.first() {
-                Some(Arg::Value(v)) => match &shader.values[v.0 as usize].inst {
-                    Inst::Const(Const::Int(0)) => {}
-                    Inst::Const(Const::Int(3)) => effects.state.camera_space = true,
-                    Inst::Const(_) => effects.state.object_space = true,
-                    _ => {
-                        effects.state.camera_space = true;
-                        effects.state.object_space = true;
+            "space_matrix" | "space_matrix_inverse" => {
+                if let Some(Arg::Value(v)) = args.first() {
+                    match &shader.values[v.0 as usize].inst {
+                        Inst::Const(Const::Int(0)) => {}
+                        Inst::Const(Const::Int(3)) => effects.state.camera_space = true,
+                        Inst::Const(_) => effects.state.object_space = true,
+                        _ => {
+                            effects.state.camera_space = true;
+                            effects.state.object_space = true;
+                        }
                     }
-                },
-                _ => {}
-            },
+                }
+            }
             "surfacearea" => effects.state.surface_area = true,
             "backfacing" => effects.state.backfacing = true,
             "raytype_bit" => effects.state.raytype = true,

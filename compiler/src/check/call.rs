@@ -172,13 +172,7 @@ impl Checker {
                 // An output takes the exact type, or another triple, since the value comes back.
                 Some(f) if c.outputs[i] => {
                     let exact = *f == arg.ty || (f.base.is_triple() && arg.ty.base.is_triple() && !arg.ty.is_array());
-                    if exact {
-                        score(*f, arg.ty)
-                    } else if f.is_array() {
-                        score(*f, arg.ty)
-                    } else {
-                        None
-                    }
+                    if exact || f.is_array() { score(*f, arg.ty) } else { None }
                 }
                 Some(f) => match (f.base, &arg.kind) {
                     (Base::Closure, ExprKind::Int(0)) => Some(24),
@@ -219,15 +213,15 @@ impl Checker {
         let rival = winners.iter().skip(1).find(|c| {
             matches!((chosen.target, c.target), (Target::User(_), Target::User(_))) && c.formals != chosen.formals
         });
-        if let (Some(rival), Target::User(a)) = (rival, chosen.target) {
-            if let Target::User(b) = rival.target {
-                let (at_a, at_b) = (self.functions[a.0 as usize].span, self.functions[b.0 as usize].span);
-                let d = Diagnostic::error("E2005", span, format!("this call of `{name}` is ambiguous"))
-                    .label(at_a, format!("could be {}", self.signature(name, &chosen)))
-                    .label(at_b, format!("could be {}", self.signature(name, rival)))
-                    .help("cast the arguments to the types that you mean");
-                return self.fail(d);
-            }
+        if let (Some(rival), Target::User(a)) = (rival, chosen.target)
+            && let Target::User(b) = rival.target
+        {
+            let (at_a, at_b) = (self.functions[a.0 as usize].span, self.functions[b.0 as usize].span);
+            let d = Diagnostic::error("E2005", span, format!("this call of `{name}` is ambiguous"))
+                .label(at_a, format!("could be {}", self.signature(name, &chosen)))
+                .label(at_b, format!("could be {}", self.signature(name, rival)))
+                .help("cast the arguments to the types that you mean");
+            return self.fail(d);
         }
         self.finish(name, chosen, args, span)
     }

@@ -170,11 +170,11 @@ impl Checker {
         if extent != Extent::Scalar && base == Base::Void {
             return self.fail(Diagnostic::error("E2011", spec.span, "there are no arrays of void"));
         }
-        if let (Base::Struct(id), true) = (base, extent != Extent::Scalar) {
-            if self.structs[id.0 as usize].fields.iter().any(|(_, t)| t.is_array()) {
-                let d = Diagnostic::error("E2011", spec.span, "an array of structs cannot hold arrays in its fields");
-                return self.fail(d);
-            }
+        if let (Base::Struct(id), true) = (base, extent != Extent::Scalar)
+            && self.structs[id.0 as usize].fields.iter().any(|(_, t)| t.is_array())
+        {
+            let d = Diagnostic::error("E2011", spec.span, "an array of structs cannot hold arrays in its fields");
+            return self.fail(d);
         }
         Some(Type { base, extent })
     }

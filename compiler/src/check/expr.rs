@@ -147,11 +147,11 @@ impl Checker {
                 span,
             });
         }
-        if base.ty.base == Base::Void {
-            if let ExprKind::Element(matrix, row, _) = base.kind {
-                let kind = ExprKind::Element(matrix, row, Box::new(index));
-                return Some(Expr { kind, ty: Type::FLOAT, span });
-            }
+        if base.ty.base == Base::Void
+            && let ExprKind::Element(matrix, row, _) = base.kind
+        {
+            let kind = ExprKind::Element(matrix, row, Box::new(index));
+            return Some(Expr { kind, ty: Type::FLOAT, span });
         }
         let message = format!("{} cannot be indexed", self.show(base.ty));
         self.fail(Diagnostic::error("E2003", span, message))
@@ -181,15 +181,11 @@ impl Checker {
             return self.fail(d);
         }
         let letters = if base.ty.base == Base::Color { "rgb" } else { "xyz" };
-        if base.ty.base.is_triple() {
-            if let (Some(i), 1) = (letters.find(&field.name), field.name.len()) {
-                let index = Expr { kind: ExprKind::Int(i as i32), ty: Type::INT, span: field.span };
-                return Some(Expr {
-                    kind: ExprKind::Component(Box::new(base), Box::new(index)),
-                    ty: Type::FLOAT,
-                    span,
-                });
-            }
+        if base.ty.base.is_triple()
+            && let (Some(i), 1) = (letters.find(&field.name), field.name.len())
+        {
+            let index = Expr { kind: ExprKind::Int(i as i32), ty: Type::INT, span: field.span };
+            return Some(Expr { kind: ExprKind::Component(Box::new(base), Box::new(index)), ty: Type::FLOAT, span });
         }
         let message = format!("{} has no field `{}`", self.show(base.ty), field.name);
         let mut d = Diagnostic::error("E2012", field.span, message);

@@ -58,11 +58,11 @@ impl Checker {
 
     fn array_list(&mut self, items: &[ast::Init], span: Span, ty: Type, what: &str) -> Option<Expr> {
         let element = Type::scalar(ty.base);
-        if let Extent::Fixed(n) = ty.extent {
-            if items.len() > n as usize {
-                let message = format!("{what} has {n} elements, but {} values are given", items.len());
-                return self.fail(Diagnostic::error("E2011", span, message));
-            }
+        if let Extent::Fixed(n) = ty.extent
+            && items.len() > n as usize
+        {
+            let message = format!("{what} has {n} elements, but {} values are given", items.len());
+            return self.fail(Diagnostic::error("E2011", span, message));
         }
         if items.is_empty() {
             return self.fail(Diagnostic::error("E2011", span, format!("{what} needs at least one value")));

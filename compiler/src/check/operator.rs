@@ -104,10 +104,10 @@ impl Checker {
             return Some(Expr { kind: ExprKind::Binary(op, Box::new(l), Box::new(r)), ty: Type::INT, span });
         }
         let is_struct = |t: Type| matches!(t.base, Base::Struct(_)) && !t.is_array();
-        if is_struct(l.ty) || is_struct(r.ty) {
-            if let Some(name) = overload_name(op).filter(|n| !self.scopes.functions(n).is_empty()) {
-                return self.call_named(&name, span, vec![l, r], None);
-            }
+        if (is_struct(l.ty) || is_struct(r.ty))
+            && let Some(name) = overload_name(op).filter(|n| !self.scopes.functions(n).is_empty())
+        {
+            return self.call_named(&name, span, vec![l, r], None);
         }
         match self.operand_type(op, l.ty, r.ty) {
             Some((operand, result)) => {
@@ -124,10 +124,10 @@ impl Checker {
                 let mut d = Diagnostic::error("E2003", span, message)
                     .label(l.span, format!("this is {}", self.show(l.ty)))
                     .label(r.span, format!("this is {}", self.show(r.ty)));
-                if is_struct(l.ty) {
-                    if let Some(name) = overload_name(op) {
-                        d = d.help(format!("define `{name}` to give the struct this operator"));
-                    }
+                if is_struct(l.ty)
+                    && let Some(name) = overload_name(op)
+                {
+                    d = d.help(format!("define `{name}` to give the struct this operator"));
                 }
                 self.fail(d)
             }

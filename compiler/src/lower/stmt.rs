@@ -111,10 +111,9 @@ impl Lower<'_> {
                 // A fresh variable each time: a function inlined twice has two.
                 let storage = self.storage(&declared.name, declared.ty, crate::ir::LocalKind::Variable);
                 self.env.insert(*var, storage.clone());
-                match init {
-                    Some(e) => self.assign_expr(&Place::whole(storage), e),
-                    // Inside loops the variable starts afresh each turn; its value is undefined, so nothing is stored.
-                    None => {}
+                // Without an initialiser the value is undefined, also at each turn of a loop: nothing is stored.
+                if let Some(e) = init {
+                    self.assign_expr(&Place::whole(storage), e);
                 }
             }
             Typed::Expr(e) if is_exit(e) => self.exit(e, tail),

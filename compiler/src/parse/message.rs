@@ -90,9 +90,9 @@ fn token_at(text: &str, at: usize) -> &str {
     if word > 0 {
         return &rest[..word];
     }
-    if rest.starts_with('"') {
-        let end = rest[1..].find('"').map_or(rest.len(), |e| e + 2);
-        return &rest[..end.min(rest.len())];
+    if let Some(inner) = rest.strip_prefix('"') {
+        let end = inner.find('"').map_or(rest.len(), |e| e + 2);
+        return &rest[..end];
     }
     let long = ["[[", "]]", "&&", "||", "==", "!=", "<=", ">=", "<<", ">>", "++", "--"];
     match long.iter().find(|l| rest.starts_with(**l)) {

@@ -76,10 +76,11 @@ impl Folder<'_> {
     fn run(&mut self) {
         // Variables hold zero until stored; parameters and globals come from outside.
         for (i, local) in self.shader.locals.iter().enumerate() {
-            if local.kind == LocalKind::Variable && local.len.is_none() {
-                if let Some(zero) = ops::zero(local.ty) {
-                    self.state.singles.insert(LocalId(i as u32), Known::Const(zero));
-                }
+            if local.kind == LocalKind::Variable
+                && local.len.is_none()
+                && let Some(zero) = ops::zero(local.ty)
+            {
+                self.state.singles.insert(LocalId(i as u32), Known::Const(zero));
             }
         }
         for i in 0..self.shader.params.len() {
@@ -101,10 +102,10 @@ impl Folder<'_> {
         self.shader.body = self.block(body);
         for slot in &mut self.shader.slots {
             for arg in &mut slot.args {
-                if let SlotArg::Local(l) = arg {
-                    if let Some(Known::Const(c)) = self.state.singles.get(l) {
-                        *arg = SlotArg::Const(c.clone());
-                    }
+                if let SlotArg::Local(l) = arg
+                    && let Some(Known::Const(c)) = self.state.singles.get(l)
+                {
+                    *arg = SlotArg::Const(c.clone());
                 }
             }
         }
@@ -321,10 +322,10 @@ impl Folder<'_> {
         let mut args = Vec::new();
         inst.operands(&mut |v| args.push(self.const_of(v).cloned()));
         let all = args.iter().cloned().collect::<Option<Vec<Const>>>();
-        if let Some(all) = all.filter(|_| !matches!(inst, Inst::Call(..))) {
-            if let Some(c) = ops::evaluate(inst, ty, &all) {
-                return Some(Simpler::Const(c));
-            }
+        if let Some(all) = all.filter(|_| !matches!(inst, Inst::Call(..)))
+            && let Some(c) = ops::evaluate(inst, ty, &all)
+        {
+            return Some(Simpler::Const(c));
         }
         if let Inst::Call(func, list) = inst {
             let values = list.iter().map(|a| match a {

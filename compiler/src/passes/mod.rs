@@ -27,10 +27,10 @@ use crate::ir::{Const, Shader, verify};
 pub fn optimise(shader: &mut Shader, bindings: &[(String, Const)], outputs: &[String]) -> Result<(), Vec<Diagnostic>> {
     let _span = tracing::debug_span!("optimise", shader = shader.name).entered();
     let check = |shader: &Shader, pass: &str| {
-        if cfg!(debug_assertions) || cfg!(test) {
-            if let Err(e) = verify(shader) {
-                unreachable!("pass {pass} broke the IR: {e}");
-            }
+        if (cfg!(debug_assertions) || cfg!(test))
+            && let Err(e) = verify(shader)
+        {
+            unreachable!("pass {pass} broke the IR: {e}");
         }
     };
     check(shader, "lower");

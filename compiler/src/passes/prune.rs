@@ -22,10 +22,10 @@ pub fn prune(shader: &mut Shader, outputs: &[String]) {
         }
     }
     let body = std::mem::take(&mut shader.body);
-    shader.body = live.keep(shader, body);
+    shader.body = live.keep(body);
     for i in 0..shader.params.len() {
         let init = std::mem::take(&mut shader.params[i].init);
-        shader.params[i].init = live.keep(shader, init);
+        shader.params[i].init = live.keep(init);
     }
     renumber(shader, &live);
 }
@@ -163,7 +163,7 @@ impl Live {
         }
     }
 
-    fn keep(&self, shader: &Shader, block: Block) -> Block {
+    fn keep(&self, block: Block) -> Block {
         let mut out = Block::default();
         for stmt in block.stmts {
             match stmt {
@@ -183,7 +183,7 @@ impl Live {
                     }
                 }
                 Stmt::If(cond, a, b) => {
-                    let (a, b) = (self.keep(shader, a), self.keep(shader, b));
+                    let (a, b) = (self.keep(a), self.keep(b));
                     let effect = |block: &Block| block.stmts.iter().any(|s| !matches!(s, Stmt::Let(_)));
                     if effect(&a) || effect(&b) {
                         out.stmts.push(Stmt::If(cond, a, b));
@@ -191,9 +191,9 @@ impl Live {
                 }
                 Stmt::Loop(mut l) => {
                     if has_effect(self, &l.head, &l.body, &l.step) {
-                        l.head = self.keep(shader, l.head);
-                        l.body = self.keep(shader, l.body);
-                        l.step = self.keep(shader, l.step);
+                        l.head = self.keep(l.head);
+                        l.body = self.keep(l.body);
+                        l.step = self.keep(l.step);
                         out.stmts.push(Stmt::Loop(l));
                     }
                 }

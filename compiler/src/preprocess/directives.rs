@@ -408,10 +408,10 @@ fn rest_of_line(lexer: &mut Lexer) -> Vec<Token> {
 
 /// The message of `#error` and the like: the line's words, or the text of one string.
 fn text_of(tokens: &[Token]) -> String {
-    if let [only] = tokens {
-        if only.kind == Kind::Str {
-            return only.str().trim_matches('"').to_string();
-        }
+    if let [only] = tokens
+        && only.kind == Kind::Str
+    {
+        return only.str().trim_matches('"').to_string();
     }
     let mut text = String::new();
     for token in tokens {

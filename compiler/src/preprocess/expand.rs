@@ -214,14 +214,15 @@ impl<'a> Expander<'a> {
         let mut i = 0;
         while i < body.len() {
             let token = &body[i];
-            if definition.params.is_some() && token.is("#") {
-                if let Some(k) = body.get(i + 1).and_then(index_of) {
-                    let mut made = Token::made(Kind::Str, &stringify(&args[k]), name.span);
-                    made.spaced = token.spaced;
-                    out.push(made);
-                    i += 2;
-                    continue;
-                }
+            if definition.params.is_some()
+                && token.is("#")
+                && let Some(k) = body.get(i + 1).and_then(index_of)
+            {
+                let mut made = Token::made(Kind::Str, &stringify(&args[k]), name.span);
+                made.spaced = token.spaced;
+                out.push(made);
+                i += 2;
+                continue;
             }
             if token.is("##") && !out.is_empty() && i + 1 < body.len() {
                 let next = &body[i + 1];

@@ -45,6 +45,9 @@ pub(super) fn material(shader: &Shader, lines: Option<&SourceMap>) -> Result<Cod
             }
         }
     }
+    if lobes.len() > 1 {
+        w.put(None, "lobe_finish(out, &choice);");
+    }
     if !lobes.is_empty() {
         w.includes.insert("bsdf/pick.h");
     }

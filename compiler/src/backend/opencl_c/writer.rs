@@ -297,10 +297,10 @@ impl<'a> Writer<'a> {
                 self.pending.push_back(v);
             }
             self.exprs[v.0 as usize] = Some(e);
-            if self.pending.len() > MAX_PENDING {
-                if let Some(oldest) = self.pending.pop_front() {
-                    self.materialise(oldest);
-                }
+            if self.pending.len() > MAX_PENDING
+                && let Some(oldest) = self.pending.pop_front()
+            {
+                self.materialise(oldest);
             }
         } else {
             self.exprs[v.0 as usize] = Some(e);

@@ -1,0 +1,37 @@
+// The choice of one lobe among those that a material offers: a weighted reservoir of size one.
+// In: lobes one after the other, and one uniform number. Out: the chosen lobe, its weight divided by the probability of
+// the choice, so that the mean over the choices is the sum of all. It knows nothing of where the lobes come from.
+#ifndef OSLCL_BSDF_PICK_H
+#define OSLCL_BSDF_PICK_H
+
+#include "bsdf/bsdf.h"
+#include "bsdf/numeric.h"
+#include "lobe.h"
+
+// Offers a lobe. Its importance is the largest |weight| of the channels times its albedo; a lobe of importance 0 or NaN
+// is not taken. The part of the random number that was not used for this decision is stretched for the next one.
+static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *lobe, real3 weight, real3 wo)
+{
+    real importance = max_component(fabs(weight)) * bsdf_albedo(lobe, wo);
+    real total = choice->total + importance;
+    if (!is_finite_positive(importance) || !(total <= REAL_MAX)) return;
+    real p = importance / total;
+    if (choice->total == 0 || choice->u < p) {
+        out->lobe = *lobe;
+        out->lobe.weight = weight;
+        choice->chosen = importance;
+        choice->u = choice->u / p;
+    } else {
+        choice->u = (choice->u - p) / (1 - p);
+    }
+    choice->u = clamp(choice->u, (real)0, (real)ONE_MINUS_EPSILON);
+    choice->total = total;
+}
+
+// After the last offer.
+static inline void lobe_finish(ShadeResult *out, const LobeChoice *choice)
+{
+    if (choice->chosen > 0) out->lobe.weight *= choice->total / choice->chosen;
+}
+
+#endif

@@ -1,0 +1,142 @@
+//! The kernel sources that the binary carries, and their assembly into one text per program.
+//!
+//! In: source text with `#include "..."` lines. Out: the same text with each header in place, once. OpenCL drivers find no
+//! files, so nothing is left for them to include. It must not know devices.
+
+use std::collections::HashSet;
+use std::fmt::Write;
+
+macro_rules! embed {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../kernels/", $name)))),*]
+    };
+}
+
+/// Every file of kernels/, by its path there.
+static KERNELS: &[(&str, &str)] = embed![
+    "globals.h",
+    "lobe.h",
+    "maths.h",
+    "real.h",
+    "strings.h",
+    "bsdf/bsdf.h",
+    "bsdf/conductor.h",
+    "bsdf/diffuse.h",
+    "bsdf/distribution.h",
+    "bsdf/frame.h",
+    "bsdf/fresnel.h",
+    "bsdf/microfacet.h",
+    "bsdf/numeric.h",
+    "bsdf/oren_nayar.h",
+    "bsdf/phong.h",
+    "bsdf/pick.h",
+    "bsdf/reflection.h",
+    "bsdf/refraction.h",
+    "bsdf/sampling.h",
+    "bsdf/translucent.h",
+    "bsdf/transparent.h",
+    "bsdf/ward.h",
+    "osl/color.h",
+    "osl/geometric.h",
+    "osl/hash.h",
+    "osl/math.h",
+    "osl/matrix.h",
+    "osl/noise.h",
+    "osl/noise_cell.h",
+    "osl/noise_hash.h",
+    "osl/noise_perlin.h",
+    "osl/noise_simplex.h",
+    "osl/noise_words.h",
+    "osl/ops.h",
+    "osl/pattern.h",
+    "osl/spline.h",
+    "osl/state.h",
+];
+
+/// The text of a kernel file, by its path below kernels/.
+pub fn kernel(path: &str) -> Option<&'static str> {
+    KERNELS.iter().find(|(name, _)| *name == path).map(|(_, text)| *text)
+}
+
+/// A text that includes what is not in kernels/.
+#[derive(Debug, thiserror::Error)]
+#[error("`{name}` includes `{path}`, which is no kernel header")]
+pub struct Error {
+    name: String,
+    path: String,
+}
+
+/// Replaces `#include "PATH"` by the header's text where it stands first, by nothing after that.
+///
+/// `#line` directives keep the driver's messages true to file and line; `name` is that of the outermost text.
+pub fn assemble(name: &str, text: &str) -> Result<String, Error> {
+    let mut out = String::with_capacity(4 * text.len());
+    expand(name, text, &mut HashSet::new(), &mut out)?;
+    Ok(out)
+}
+
+fn expand(name: &str, text: &str, seen: &mut HashSet<&'static str>, out: &mut String) -> Result<(), Error> {
+    let _ = writeln!(out, "#line 1 \"{name}\"");
+    for (index, line) in text.lines().enumerate() {
+        let Some(path) = included(line) else {
+            out.push_str(line);
+            out.push('\n');
+            continue;
+        };
+        let Some((key, header)) = KERNELS.iter().find(|(n, _)| *n == path) else {
+            return Err(Error { name: name.to_owned(), path: path.to_owned() });
+        };
+        if seen.insert(key) {
+            expand(key, header, seen, out)?;
+        }
+        let _ = writeln!(out, "#line {} \"{name}\"", index + 2);
+    }
+    Ok(())
+}
+
+/// The path of an `#include "PATH"` line.
+fn included(line: &str) -> Option<&str> {
+    let rest = line.trim_start().strip_prefix("#include")?.trim();
+    rest.strip_prefix('"')?.strip_suffix('"')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn files(folder: &Path, root: &Path, out: &mut Vec<String>) {
+        for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+            if entry.path().is_dir() {
+                files(&entry.path(), root, out);
+            } else {
+                let path = entry.path();
+                out.push(path.strip_prefix(root).expect("below the root").to_string_lossy().replace('\\', "/"));
+            }
+        }
+    }
+
+    #[test]
+    fn every_kernel_file_is_embedded() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../kernels");
+        let mut there = Vec::new();
+        files(&root, &root, &mut there);
+        there.sort();
+        let mut here: Vec<String> = KERNELS.iter().map(|(n, _)| (*n).to_owned()).collect();
+        here.sort();
+        assert_eq!(there, here);
+    }
+
+    #[test]
+    fn headers_stand_once_and_lines_are_kept() {
+        let text = assemble("a.cl", "#include \"real.h\"\n#include \"real.h\"\nint x;").expect("assembles");
+        assert_eq!(text.matches("typedef float real;").count(), 1);
+        assert!(text.ends_with("#line 3 \"a.cl\"\nint x;\n"), "{text}");
+    }
+
+    #[test]
+    fn an_unknown_header_is_an_error() {
+        let error = assemble("a.cl", "#include \"nowhere.h\"").expect_err("no such header");
+        assert_eq!(error.to_string(), "`a.cl` includes `nowhere.h`, which is no kernel header");
+    }
+}
