@@ -51,6 +51,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/pattern.h",
     "osl/spline.h",
     "osl/state.h",
+    "stages/shade.cl",
 ];
 
 /// The text of a kernel file, by its path below kernels/.
@@ -66,19 +67,35 @@ pub struct Error {
     path: String,
 }
 
-/// Replaces `#include "PATH"` by the header's text where it stands first, by nothing after that.
+/// Replaces `#include "PATH"` by the header's text where it stands first, by nothing after that. What stands under an `#if`
+/// may not count in the end, so it is put in place each time: the header's own guard keeps it from counting twice.
 ///
 /// `#line` directives keep the driver's messages true to file and line; `name` is that of the outermost text.
 pub fn assemble(name: &str, text: &str) -> Result<String, Error> {
     let mut out = String::with_capacity(4 * text.len());
-    expand(name, text, &mut HashSet::new(), &mut out)?;
+    expand(name, text, true, &mut HashSet::new(), &mut out)?;
     Ok(out)
 }
 
-fn expand(name: &str, text: &str, seen: &mut HashSet<&'static str>, out: &mut String) -> Result<(), Error> {
+/// `always`: the text counts whatever is defined.
+fn expand(
+    name: &str,
+    text: &str,
+    always: bool,
+    seen: &mut HashSet<&'static str>,
+    out: &mut String,
+) -> Result<(), Error> {
     let _ = writeln!(out, "#line 1 \"{name}\"");
+    // The guard around a header is no condition.
+    let mut depth = if has_guard(text) { -1 } else { 0 };
     for (index, line) in text.lines().enumerate() {
         let Some(path) = included(line) else {
+            let directive = line.trim_start();
+            if directive.starts_with("#if") {
+                depth += 1;
+            } else if directive.starts_with("#endif") {
+                depth -= 1;
+            }
             out.push_str(line);
             out.push('\n');
             continue;
@@ -86,12 +103,24 @@ fn expand(name: &str, text: &str, seen: &mut HashSet<&'static str>, out: &mut St
         let Some((key, header)) = KERNELS.iter().find(|(n, _)| *n == path) else {
             return Err(Error { name: name.to_owned(), path: path.to_owned() });
         };
-        if seen.insert(key) {
-            expand(key, header, seen, out)?;
+        let counts = always && depth <= 0;
+        if !seen.contains(key) {
+            if counts {
+                seen.insert(key);
+            }
+            expand(key, header, counts, seen, out)?;
         }
         let _ = writeln!(out, "#line {} \"{name}\"", index + 2);
     }
     Ok(())
+}
+
+/// Whether the first directives are `#ifndef X` and `#define X`.
+fn has_guard(text: &str) -> bool {
+    let mut directives = text.lines().map(str::trim).filter(|l| l.starts_with('#'));
+    let first = directives.next().and_then(|l| l.strip_prefix("#ifndef "));
+    let second = directives.next().and_then(|l| l.strip_prefix("#define "));
+    first.is_some() && first == second
 }
 
 /// The path of an `#include "PATH"` line.
@@ -132,6 +161,16 @@ mod tests {
         let text = assemble("a.cl", "#include \"real.h\"\n#include \"real.h\"\nint x;").expect("assembles");
         assert_eq!(text.matches("typedef float real;").count(), 1);
         assert!(text.ends_with("#line 3 \"a.cl\"\nint x;\n"), "{text}");
+    }
+
+    #[test]
+    fn a_header_under_a_condition_comes_again_where_it_counts() {
+        let text = assemble("a.cl", "#ifdef A\n#include \"real.h\"\n#endif\n#include \"real.h\"\n").expect("assembles");
+        assert_eq!(text.matches("typedef float real;").count(), 2);
+        // Headers without a guard could not come twice.
+        for (name, text) in KERNELS.iter().filter(|(name, _)| name.ends_with(".h")) {
+            assert!(has_guard(text), "{name} has no guard");
+        }
     }
 
     #[test]

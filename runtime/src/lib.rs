@@ -4,4 +4,6 @@
 
 pub mod assemble;
 pub mod device;
+pub mod precision;
 pub mod scene;
+pub mod shade;
