@@ -73,6 +73,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "stages/sample_next.h",
     "stages/select_bsdf.cl",
     "stages/select_bsdf.h",
+    "stages/shade.cl",
     "stages/shade_light.cl",
     "stages/shade_light.h",
     "stages/trace.cl",
@@ -94,7 +95,8 @@ pub struct Error {
     path: String,
 }
 
-/// Replaces `#include "PATH"` by the header's text where it stands first, by nothing after that.
+/// Replaces `#include "PATH"` by the header's text where it stands first, by nothing after that. What stands under an `#if`
+/// may not count in the end, so it is put in place each time: the header's own guard keeps it from counting twice.
 ///
 /// `#line` directives keep the driver's messages true to file and line; `name` is that of the outermost text.
 pub fn assemble(name: &str, text: &str) -> Result<String, Error> {
@@ -104,20 +106,30 @@ pub fn assemble(name: &str, text: &str) -> Result<String, Error> {
 /// As [`assemble`], with more headers: pairs of path and text.
 pub fn assemble_with(name: &str, text: &str, more: &[(&str, &str)]) -> Result<String, Error> {
     let mut out = String::with_capacity(4 * text.len());
-    expand(name, text, more, &mut HashSet::new(), &mut out)?;
+    expand(name, text, more, true, &mut HashSet::new(), &mut out)?;
     Ok(out)
 }
 
+/// `always`: the text counts whatever is defined.
 fn expand<'a>(
     name: &str,
     text: &str,
     more: &[(&'a str, &'a str)],
+    always: bool,
     seen: &mut HashSet<&'a str>,
     out: &mut String,
 ) -> Result<(), Error> {
     let _ = writeln!(out, "#line 1 \"{name}\"");
+    // The guard around a header is no condition.
+    let mut depth = if has_guard(text) { -1 } else { 0 };
     for (index, line) in text.lines().enumerate() {
         let Some(path) = included(line) else {
+            let directive = line.trim_start();
+            if directive.starts_with("#if") {
+                depth += 1;
+            } else if directive.starts_with("#endif") {
+                depth -= 1;
+            }
             out.push_str(line);
             out.push('\n');
             continue;
@@ -125,12 +137,24 @@ fn expand<'a>(
         let Some((key, header)) = KERNELS.iter().chain(more).find(|(n, _)| *n == path) else {
             return Err(Error { name: name.to_owned(), path: path.to_owned() });
         };
-        if seen.insert(key) {
-            expand(key, header, more, seen, out)?;
+        let counts = always && depth <= 0;
+        if !seen.contains(key) {
+            if counts {
+                seen.insert(key);
+            }
+            expand(key, header, more, counts, seen, out)?;
         }
         let _ = writeln!(out, "#line {} \"{name}\"", index + 2);
     }
     Ok(())
+}
+
+/// Whether the first directives are `#ifndef X` and `#define X`.
+fn has_guard(text: &str) -> bool {
+    let mut directives = text.lines().map(str::trim).filter(|l| l.starts_with('#'));
+    let first = directives.next().and_then(|l| l.strip_prefix("#ifndef "));
+    let second = directives.next().and_then(|l| l.strip_prefix("#define "));
+    first.is_some() && first == second
 }
 
 /// The path of an `#include "PATH"` line.
@@ -171,6 +195,16 @@ mod tests {
         let text = assemble("a.cl", "#include \"real.h\"\n#include \"real.h\"\nint x;").expect("assembles");
         assert_eq!(text.matches("typedef float real;").count(), 1);
         assert!(text.ends_with("#line 3 \"a.cl\"\nint x;\n"), "{text}");
+    }
+
+    #[test]
+    fn a_header_under_a_condition_comes_again_where_it_counts() {
+        let text = assemble("a.cl", "#ifdef A\n#include \"real.h\"\n#endif\n#include \"real.h\"\n").expect("assembles");
+        assert_eq!(text.matches("typedef float real;").count(), 2);
+        // Headers without a guard could not come twice.
+        for (name, text) in KERNELS.iter().filter(|(name, _)| name.ends_with(".h")) {
+            assert!(has_guard(text), "{name} has no guard");
+        }
     }
 
     #[test]

@@ -11,4 +11,5 @@ pub mod precision;
 pub mod programs;
 pub mod render;
 pub mod scene;
+pub mod shade;
 pub mod wavefront;

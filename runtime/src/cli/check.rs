@@ -1,0 +1,31 @@
+//! `oslcl check`: errors and warnings of OSL files; writes nothing.
+
+use super::args::CheckArgs;
+use super::sources::{self, Folders};
+use super::{Error, report, terminal};
+use std::path::Path;
+
+/// Checks each file; fails when one has errors.
+pub fn run(args: &CheckArgs) -> Result<(), Error> {
+    let mut result = Ok(());
+    for path in &args.files {
+        match check(path, args) {
+            Ok(()) => terminal::print(&format!("{}: ok\n", path.display()))?,
+            Err(Error::Reported) => result = Err(Error::Reported),
+            Err(error) => {
+                terminal::say_error(error);
+                result = Err(Error::Reported);
+            }
+        }
+    }
+    result
+}
+
+fn check(path: &Path, args: &CheckArgs) -> Result<(), Error> {
+    let source = sources::read(path)?;
+    let options = sources::options(&source, &args.source);
+    let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
+    // Some findings need values: a loop of closures, say, must have an end that is known.
+    master.instance(&options).map_err(|failure| report::report(&failure))?;
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! `oslcl compile`: OSL files to OpenCL C and reflection.
+//!
+//! In: OSL files. Out: NAME.cl, which a driver builds as it stands, and NAME.json, the whole artifact.
+
+use super::args::CompileArgs;
+use super::files::{self, Output};
+use super::sources::{self, Folders};
+use super::{Error, params, report, terminal};
+use oslcl_compiler::{Artifact, Options};
+use oslcl_runtime::assemble;
+use oslcl_runtime::precision::Precision;
+use std::collections::HashMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Compiles each file; fails when one has errors. The outputs of a file that fails stay as they were.
+pub fn run(args: &CompileArgs) -> Result<(), Error> {
+    if args.files.len() > 1 && !args.param.is_empty() {
+        return Err(Error::Usage("--param goes with one file only".to_owned()));
+    }
+    let mut bases: HashMap<PathBuf, &Path> = HashMap::new();
+    for path in &args.files {
+        if let Some(other) = bases.insert(base(path, args), path) {
+            return Err(Error::Usage(format!(
+                "`{}` and `{}` would be written to the same files",
+                other.display(),
+                path.display()
+            )));
+        }
+    }
+    let mut result = Ok(());
+    for path in &args.files {
+        match compile(path, args) {
+            Ok(text) => terminal::print(&text)?,
+            Err(Error::Reported) => result = Err(Error::Reported),
+            Err(Error::Usage(message)) => return Err(Error::Usage(message)),
+            Err(error) => {
+                terminal::say_error(error);
+                result = Err(Error::Reported);
+            }
+        }
+    }
+    result
+}
+
+/// Where the outputs go, without their endings.
+fn base(path: &Path, args: &CompileArgs) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default();
+    match &args.output {
+        Some(folder) => folder.join(stem),
+        None => path.with_file_name(stem),
+    }
+}
+
+/// `base` with an ending; what stands behind an earlier dot stays.
+fn with_ending(base: &Path, ending: &str) -> PathBuf {
+    let mut name = base.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
+}
+
+fn compile(path: &Path, args: &CompileArgs) -> Result<String, Error> {
+    let source = sources::read(path)?;
+    let options = sources::options(&source, &args.source);
+    let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
+    let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
+    let artifact = master.instance(&options).map_err(|failure| report::report(&failure))?.artifact;
+    if let Some(folder) = &args.output {
+        std::fs::create_dir_all(folder).map_err(|cause| Error::Write { path: folder.clone(), cause })?;
+    }
+    let base = base(path, args);
+    let (code, json) = (with_ending(&base, ".cl"), with_ending(&base, ".json"));
+    let text = standalone(&artifact).map_err(|e| Error::Shade(e.into()))?;
+    files::replace(&[
+        Output { path: code.clone(), bytes: text.into_bytes() },
+        Output { path: json.clone(), bytes: artifact.to_json().into_bytes() },
+    ])?;
+    Ok(format!("{}: {} {}\n", path.display(), code.display(), json.display()))
+}
+
+/// The code with every header in place, and how to build it.
+fn standalone(artifact: &Artifact) -> Result<String, assemble::Error> {
+    let mut head = format!(
+        "// {} {}: function {}. The interface stands at `typedef struct ... ShadeResult` below.\n// Build options: {}, or for \
+         64-bit floats: {}\n",
+        artifact.kind,
+        artifact.name,
+        artifact.entry,
+        Precision::Standard.build_options(),
+        Precision::Reference.build_options()
+    );
+    for lobe in &artifact.lobes {
+        let _ = writeln!(head, "#define HAS_LOBE_{}", lobe.to_uppercase());
+    }
+    assemble::assemble(&format!("{}.cl", artifact.entry), &(head + &artifact.code))
+}

@@ -1,0 +1,64 @@
+//! The commands of `oslcl`.
+//!
+//! In: parsed arguments. Out: files and text; [`Error`] says why not. Each command is one file with `run`. What a program
+//! that embeds oslcl needs lies in the library, not here.
+
+pub mod args;
+mod check;
+mod compile;
+mod devices;
+mod files;
+mod info;
+mod params;
+mod report;
+mod shade;
+mod sources;
+pub mod terminal;
+
+use args::{Cli, Command};
+use oslcl_runtime::device;
+use std::io;
+use std::path::PathBuf;
+
+/// Why a command ends without success.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The arguments make no sense together.
+    #[error("{0}")]
+    Usage(String),
+    /// An OSL source can't be had.
+    #[error(transparent)]
+    Source(#[from] sources::Error),
+    /// The device refuses.
+    #[error(transparent)]
+    Device(#[from] device::Error),
+    /// A shader can't be run over a grid.
+    #[error(transparent)]
+    Shade(#[from] oslcl_runtime::shade::Error),
+    /// A file can't be written.
+    #[error("cannot write `{}`: {cause}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// Standard output takes no more.
+    #[error("cannot write to standard output: {0}")]
+    Print(io::Error),
+    /// All was said already, such as diagnostics.
+    #[error("failed")]
+    Reported,
+}
+
+/// Carries out what the arguments ask for.
+pub fn run(cli: &Cli) -> Result<(), Error> {
+    match &cli.command {
+        Command::Compile(args) => compile::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Devices => devices::run(),
+        Command::Shade(args) => shade::run(args),
+        Command::Render(_) | Command::Plan(_) => Err(Error::Usage("this build has no renderer".to_owned())),
+    }
+}

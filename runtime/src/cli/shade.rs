@@ -1,0 +1,120 @@
+//! `oslcl shade`: runs a shader over a grid of points; prints its outputs or writes them to pictures.
+
+use super::args::{PrecisionArg, ShadeArgs};
+use super::files::{self, Output};
+use super::sources::{self, Folders};
+use super::{Error, params, report, terminal};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+use oslcl_compiler::Options;
+use oslcl_runtime::device::Device;
+use oslcl_runtime::precision::Precision;
+use oslcl_runtime::shade::{self, Grid, Plane};
+use std::io::{self, Cursor, Write};
+use std::path::{Path, PathBuf};
+
+impl From<PrecisionArg> for Precision {
+    fn from(arg: PrecisionArg) -> Precision {
+        match arg {
+            PrecisionArg::Fast => Precision::Fast,
+            PrecisionArg::Standard => Precision::Standard,
+            PrecisionArg::Reference => Precision::Reference,
+        }
+    }
+}
+
+/// Compiles, runs, prints or writes.
+pub fn run(args: &ShadeArgs) -> Result<(), Error> {
+    let wanted: Vec<(String, PathBuf)> = args.output.iter().map(|text| output(text)).collect::<Result<_, _>>()?;
+    let source = sources::read_or_shipped(&args.shader)?;
+    let options = sources::options(&source, &args.source);
+    let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
+    let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
+    let mut outputs: Vec<String> = Vec::new();
+    for (name, _) in &wanted {
+        if !outputs.contains(name) {
+            outputs.push(name.clone());
+        }
+    }
+    if outputs.is_empty() {
+        outputs = shade::default_outputs(master.info());
+    }
+    // clap gives exactly two numbers.
+    let [width, height] = args.grid[..] else { return Err(Error::Usage("--grid takes two numbers".to_owned())) };
+    let artifact = shade::compile(&master, &options, &outputs).map_err(|failure| report::report(&failure))?;
+    let device = Device::open(args.device.as_deref())?;
+    let precision = args.precision.into();
+    let planes = shade::run(&device, &artifact, Grid { width, height }, precision)?;
+    if wanted.is_empty() {
+        return terminal::print_with(|out| print(out, &planes, precision));
+    }
+    let mut pictures = Vec::new();
+    for (name, path) in wanted {
+        let Some(plane) = planes.iter().find(|p| p.name == name) else { continue };
+        let bytes = encode(plane).map_err(|cause| Error::Write { path: path.clone(), cause })?;
+        pictures.push(Output { path, bytes });
+    }
+    files::replace(&pictures)
+}
+
+/// `PARAM=FILE`.
+fn output(text: &str) -> Result<(String, PathBuf), Error> {
+    let wrong = |why: &str| Error::Usage(format!("`--output {text}`: {why}"));
+    let (name, file) = match text.split_once('=') {
+        Some((name, file)) if !name.is_empty() && !file.is_empty() => (name, file),
+        _ => return Err(wrong("expected PARAM=FILE, such as --output Cout=out.exr")),
+    };
+    if !Path::new(file).extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        return Err(wrong("the file's name has to end in .exr"));
+    }
+    Ok((name.to_owned(), PathBuf::from(file)))
+}
+
+/// One line per output; on grids of several points one line per point and output, column and row first.
+fn print(out: &mut dyn Write, planes: &[Plane], precision: Precision) -> io::Result<()> {
+    let Some(first) = planes.first() else { return Ok(()) };
+    let many = first.grid.width > 1 || first.grid.height > 1;
+    for y in 0..first.grid.height {
+        for x in 0..first.grid.width {
+            for plane in planes {
+                if many {
+                    write!(out, "{x} {y} ")?;
+                }
+                write!(out, "{}", plane.name)?;
+                for v in plane.point(x, y) {
+                    if precision.is_double() || plane.ty.starts_with("int") {
+                        write!(out, " {v}")?;
+                    } else {
+                        write!(out, " {}", *v as f32)?;
+                    }
+                }
+                writeln!(out)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A picture of 32-bit floats, first row on top.
+fn encode(plane: &Plane) -> io::Result<Vec<u8>> {
+    let count = plane.channels as usize;
+    let list = channel_names(count).into_iter().enumerate().map(|(i, name)| {
+        let samples = plane.data.iter().skip(i).step_by(count).map(|v| *v as f32).collect();
+        AnyChannel::new(name.as_str(), FlatSamples::F32(samples))
+    });
+    let image = Image::from_channels(
+        (plane.grid.width as usize, plane.grid.height as usize),
+        AnyChannels::sort(list.collect()),
+    );
+    let mut bytes = Vec::new();
+    image.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| io::Error::other(e.to_string()))?;
+    Ok(bytes)
+}
+
+/// What viewers expect: Y, or R G B; otherwise numbers of one width, since channels are sorted by name.
+fn channel_names(count: usize) -> Vec<String> {
+    match count {
+        1 => vec!["Y".to_owned()],
+        3 => ["R", "G", "B"].map(str::to_owned).to_vec(),
+        n => (0..n).map(|i| format!("c{i:05}")).collect(),
+    }
+}
