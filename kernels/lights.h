@@ -66,8 +66,9 @@ static inline real light_pdf(const Context *c, uint light, real distance, real c
 
 static inline int sample_triangle_light(const Context *c, real3 P, real4 u, LightSample *s)
 {
-    uint cell = alias_cell(&u.x, setting(c, SETTING_lights));
-    s->light = u.x < c->lights[LIGHT_REALS * (size_t)cell + LIGHT_SHARE] ? cell
+    real x = u.x;
+    uint cell = alias_cell(&x, setting(c, SETTING_lights));
+    s->light = x < c->lights[LIGHT_REALS * (size_t)cell + LIGHT_SHARE] ? cell
                                                                          : c->light_words[LIGHT_WORDS * cell + LIGHT_ALIAS];
     __global const real *light = c->lights + LIGHT_REALS * (size_t)s->light;
     real3 v0 = vload3(0, light), e1 = vload3(1, light), e2 = vload3(2, light);
@@ -103,8 +104,9 @@ static inline real environment_pdf(const Context *c, real3 d)
 
 static inline int sample_environment(const Context *c, real4 u, LightSample *s)
 {
-    uint cell = alias_cell(&u.x, ENVIRONMENT_CELLS);
-    if (!(u.x < c->environment_cells[2 * cell + 1])) cell = c->environment_alias[cell];
+    real x = u.x;
+    uint cell = alias_cell(&x, ENVIRONMENT_CELLS);
+    if (!(x < c->environment_cells[2 * cell + 1])) cell = c->environment_alias[cell];
     real p = c->environment_cells[2 * cell];
     real turn = ((cell % ENVIRONMENT_WIDTH) + u.y) * (real)(1.0 / ENVIRONMENT_WIDTH);
     real z = 1 - 2 * ((cell / ENVIRONMENT_WIDTH) + u.z) * (real)(1.0 / ENVIRONMENT_HEIGHT);

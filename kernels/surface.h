@@ -6,6 +6,7 @@
 #define OSLCL_SURFACE_H
 
 #include "bsdf/numeric.h"
+#include "context.h"
 #include "globals.h"
 
 #ifdef HAS_SURFACES

@@ -201,9 +201,7 @@ impl<'a> Wavefront<'a> {
         let map = self.device.buffer("environment map", 3 * cells as u64 * self.precision().real_bytes())?;
         self.launch(kernel, 0, Some(&map), cells as u64)?;
         let radiance = read_reals(self.device, &map, 3 * cells, self.precision())?;
-        let usable = |x: f64| if x.is_finite() && x > 0.0 { x } else { 0.0 };
-        let weights: Vec<f64> = radiance.chunks(3).map(|rgb| rgb.iter().map(|x| usable(*x)).sum()).collect();
-        let table = AliasTable::new(&weights);
+        let table = AliasTable::new(&environment_weights(&radiance));
         let interleaved: Vec<f64> = table.probability.iter().zip(&table.share).flat_map(|(p, s)| [*p, *s]).collect();
         let cells = upload_reals(self.device, "environment_cells", &interleaved, self.precision())?;
         self.buffers.insert(BufferId::EnvironmentCells, cells);
@@ -232,9 +230,7 @@ impl<'a> Wavefront<'a> {
     }
 
     fn set(&mut self, setting: Setting, value: u32) {
-        if let Some(i) = Setting::ALL.iter().position(|(s, _)| *s == setting) {
-            self.settings[i] = value;
-        }
+        self.settings[place(setting)] = value;
     }
 
     fn write_settings(&mut self) -> Result<(), Error> {
@@ -247,8 +243,10 @@ impl<'a> Wavefront<'a> {
 
     fn batch(&self, watch: &mut dyn FnMut(&Counts) -> bool) -> Result<bool, Error> {
         let rounds = if self.device.info.kind == DeviceKind::Gpu { ROUNDS_GPU } else { ROUNDS_CPU };
+        let samples = self.settings[place(Setting::SampleEnd)] - self.settings[place(Setting::SampleFirst)];
+        let most = u64::from(samples) * u64::from(self.settings[place(Setting::MaxDepth)]) + u64::from(rounds);
         self.stage(Stage::RayGen, None, START)?;
-        loop {
+        for _ in 0..=most.div_ceil(u64::from(rounds)) {
             for _ in 0..rounds {
                 self.round()?;
             }
@@ -261,6 +259,8 @@ impl<'a> Wavefront<'a> {
                 return Ok(true);
             }
         }
+        // Each round takes every path one edge further: only a driver that loses work gets here.
+        Err(self.device.lost("paths were left over when all should have ended"))
     }
 
     /// Every stage once.
@@ -344,6 +344,25 @@ fn read_reals(device: &Device, buffer: &Buffer, count: usize, precision: Precisi
     } else {
         Ok(device.read::<f32>(buffer, count)?.into_iter().map(f64::from).collect())
     }
+}
+
+/// Where a setting stands in the buffer; the table has them all.
+fn place(setting: Setting) -> usize {
+    Setting::ALL.iter().take_while(|(s, _)| *s != setting).count()
+}
+
+/// Weights of the map's cells from their radiance. Each gets a part of its neighbours' as well: where the edge of something
+/// bright runs through a cell that the map's few points call dark, paths would find it too rarely and too brightly.
+fn environment_weights(radiance: &[f64]) -> Vec<f64> {
+    let (width, height) = (ENVIRONMENT_MAP_SIZE.0 as usize, ENVIRONMENT_MAP_SIZE.1 as usize);
+    let usable = |x: f64| if x.is_finite() && x > 0.0 { x } else { 0.0 };
+    let own: Vec<f64> = radiance.chunks(3).map(|rgb| rgb.iter().map(|x| usable(*x)).sum()).collect();
+    let around = |x: usize, y: usize| {
+        let rows = y.saturating_sub(1)..(y + 2).min(height);
+        rows.map(|r| own[r * width + (x + width - 1) % width] + own[r * width + x] + own[r * width + (x + 1) % width])
+            .sum::<f64>()
+    };
+    (0..own.len()).map(|i| own[i] + 0.1 * around(i % width, i / width)).collect()
 }
 
 fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {

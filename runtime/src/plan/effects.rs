@@ -235,8 +235,9 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
     let who = who(scene, id.0 as usize);
     match code.background {
         Radiance::None => {}
-        Radiance::Constant(_) => ask(Environment, who),
-        Radiance::Varying => {
+        // Without surfaces nothing is gained by a second way to the same picture.
+        Radiance::Constant(_) if !scene.instances.is_empty() => ask(Environment, who),
+        Radiance::Constant(_) | Radiance::Varying => {
             if code.state.camera_space {
                 ask(CameraSpace, who.clone());
             }
