@@ -3,7 +3,25 @@
 //! In: the readers of this folder build it, or a program that embeds the renderer. Out: read by `plan`, `accel`, `render`.
 //! It must not know OpenCL, kernels, or the compiler. World space is right-handed; any axis may point up.
 
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+mod build;
+mod error;
+mod file;
+mod geometry;
+mod material;
+mod mtl;
+mod obj;
+mod ply;
+pub mod shapes;
+mod shipped;
+mod transform;
+mod value;
+
+pub use error::{Error, Location, MeshFile};
+pub use file::{load, parse};
+/// The vectors and maps that scenes are made of.
+pub use glam::{DAffine3, DVec3, Vec2, Vec3};
+pub use shipped::{names, shipped};
+
 use std::path::PathBuf;
 
 /// Everything that is rendered.

@@ -1,0 +1,94 @@
+//! Materials of a scene file.
+//!
+//! In: a table with a shader and its parameters. Out: a [`Material`]. It must not know meshes, or what OSL means.
+
+use super::error::{Error, suggest};
+use super::value::{Table, Value};
+use super::{Material, ParamValue, shipped};
+use std::path::Path;
+use toml::de::DeValue;
+
+/// Reads `shader = "NAME or FILE.osl"` or `osl = "text"`, and `params`.
+pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
+    table.only(&["shader", "osl", "params"])?;
+    let mut material = match (table.get("shader"), table.get("osl")) {
+        (Some(shader), None) => by_name(&shader, name)?,
+        (None, Some(osl)) => Material {
+            name: name.to_string(),
+            path: table.text.path.to_path_buf(),
+            source: osl.string()?.to_string(),
+            params: Vec::new(),
+        },
+        (None, None) => {
+            let cause = format!("`{}` needs a `shader` (a shipped one or a file) or `osl` (its text)", table.name);
+            return Err(Error::Conflict { at: table.at(), cause });
+        }
+        (Some(_), Some(osl)) => {
+            let cause = format!("`{}` has both `shader` and `osl`", table.name);
+            return Err(Error::Conflict { at: osl.at(), cause });
+        }
+    };
+    if let Some(params) = table.get("params") {
+        for (name, value) in params.table()?.entries() {
+            material.params.push((name.to_string(), param(&value)?));
+        }
+    }
+    Ok(material)
+}
+
+fn by_name(shader: &Value<'_>, name: &str) -> Result<Material, Error> {
+    let wanted = shader.string()?;
+    if !wanted.ends_with(".osl") {
+        if shipped::shipped(wanted).is_none() {
+            let help = suggest(wanted, shipped::names());
+            return Err(Error::UnknownName { at: shader.at(), what: "shipped shader", name: wanted.to_string(), help });
+        }
+        return Ok(Material::of_shipped(name, wanted));
+    }
+    let path = shader.text.path.parent().unwrap_or(Path::new("")).join(wanted);
+    let source = std::fs::read_to_string(&path).map_err(|cause| Error::Unreadable {
+        what: "shader",
+        path: path.clone(),
+        cause: cause.to_string(),
+    })?;
+    Ok(Material { name: name.to_string(), path, source, params: Vec::new() })
+}
+
+fn param(value: &Value<'_>) -> Result<ParamValue, Error> {
+    Ok(match value.raw() {
+        DeValue::String(text) => ParamValue::Str(text.to_string()),
+        DeValue::Boolean(yes) => ParamValue::Int(i64::from(*yes)),
+        DeValue::Integer(_) => ParamValue::Int(value.integer()?),
+        DeValue::Float(_) => ParamValue::Float(value.number()?),
+        DeValue::Array(_) => return list(value),
+        DeValue::Datetime(_) | DeValue::Table(_) => {
+            return Err(value.wrong_type("a number, a string, a boolean, or a list of numbers or of strings"));
+        }
+    })
+}
+
+/// A list of strings, or of numbers and lists of numbers, whose nesting is dropped: `[[0, 0, 1], [1, 1, 1]]` is six.
+fn list(value: &Value<'_>) -> Result<ParamValue, Error> {
+    let items = value.items().unwrap_or_default();
+    match items.first().map(Value::raw) {
+        None => Err(value.wrong_type("a list of at least one number or string")),
+        Some(DeValue::String(_)) => {
+            let texts = items.iter().map(|item| item.string().map(str::to_string));
+            texts.collect::<Result<_, _>>().map(ParamValue::Strs)
+        }
+        Some(_) => {
+            let mut numbers = Vec::new();
+            for item in &items {
+                match item.items() {
+                    None => numbers.push(item.number()?),
+                    Some(row) => {
+                        for number in row {
+                            numbers.push(number.number()?);
+                        }
+                    }
+                }
+            }
+            Ok(ParamValue::Floats(numbers))
+        }
+    }
+}

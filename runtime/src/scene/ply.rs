@@ -1,0 +1,175 @@
+//! PLY meshes: ASCII and binary of both byte orders.
+//!
+//! In: the bytes of a file. Out: a mesh. It must not know scenes.
+//! Read are x y z, nx ny nz, texture coordinates named u v, s t or texture_u texture_v, and faces of any length.
+
+use super::error::{Error, MeshFile};
+use super::{Mesh, geometry};
+use glam::{Vec2, Vec3};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyAccessResult};
+use std::io::ErrorKind;
+use std::path::Path;
+
+const U_NAMES: [&str; 4] = ["u", "s", "texture_u", "texture_s"];
+const V_NAMES: [&str; 4] = ["v", "t", "texture_v", "texture_t"];
+
+/// Reads a mesh; `path` is for messages.
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
+    let malformed = |cause: &str| {
+        let at = MeshFile { path: path.to_path_buf(), line: None };
+        Error::Malformed { at, format: "PLY", cause: cause.to_string() }
+    };
+    let mut reader = Reader::new(bytes);
+    let header = Parser::<Skip>::new().read_header(&mut reader).map_err(|e| complain(e, path, "the header"))?;
+    let mut vertices: Vec<Vertex> = Vec::new();
+    let mut faces: Vec<Face> = Vec::new();
+    let mut mesh = Mesh::default();
+    let (mut has_normals, mut has_uvs) = (false, false);
+    for (name, element) in &header.elements {
+        let what = format!("element `{name}` with {} entries", element.count);
+        let failed = |e| complain(e, path, &what);
+        match name.as_str() {
+            "vertex" => {
+                if !["x", "y", "z"].iter().all(|name| has(element, &[name])) {
+                    return Err(malformed("element `vertex` has no x, y and z"));
+                }
+                has_normals = ["nx", "ny", "nz"].iter().all(|name| has(element, &[name]));
+                has_uvs = has(element, &U_NAMES) && has(element, &V_NAMES);
+                vertices = Parser::new().read_payload_for_element(&mut reader, element, &header).map_err(failed)?;
+            }
+            "face" => {
+                if !has(element, &["vertex_indices", "vertex_index"]) {
+                    return Err(malformed("element `face` has no list vertex_indices"));
+                }
+                faces = Parser::new().read_payload_for_element(&mut reader, element, &header).map_err(failed)?;
+            }
+            _ => {
+                let parser = Parser::<Skip>::new();
+                parser.read_payload_for_element(&mut reader, element, &header).map_err(failed)?;
+            }
+        }
+    }
+    mesh.positions = vertices.iter().map(|v| v.position).collect();
+    if has_normals {
+        mesh.normals = vertices.iter().map(|v| v.normal).collect();
+    }
+    if has_uvs {
+        mesh.uvs = vertices.iter().map(|v| v.uv).collect();
+    }
+    mesh.triangles = triangles(&faces, vertices.len(), path)?;
+    Ok(mesh)
+}
+
+fn triangles(faces: &[Face], vertices: usize, path: &Path) -> Result<Vec<[u32; 3]>, Error> {
+    let mut triangles = Vec::with_capacity(faces.len());
+    let mut polygon = Vec::new();
+    for (face, Face { indices }) in faces.iter().enumerate() {
+        let at = || MeshFile { path: path.to_path_buf(), line: None };
+        if indices.len() < 3 {
+            let cause = format!("face {face} has {} vertices", indices.len());
+            return Err(Error::Malformed { at: at(), format: "PLY", cause });
+        }
+        polygon.clear();
+        for index in indices {
+            let known = u32::try_from(*index).ok().filter(|i| (*i as usize) < vertices);
+            polygon.push(known.ok_or_else(|| Error::IndexOutOfRange {
+                at: at(),
+                face,
+                what: "vertex",
+                index: *index,
+                count: vertices,
+                first: 0,
+            })?);
+        }
+        geometry::fan(&polygon, &mut triangles);
+    }
+    Ok(triangles)
+}
+
+fn has(element: &ElementDef, names: &[&str]) -> bool {
+    element.properties.iter().any(|(name, _)| names.contains(&name.as_str()))
+}
+
+fn complain(error: ParseError, path: &Path, what: &str) -> Error {
+    let at = MeshFile { path: path.to_path_buf(), line: error.line() };
+    if error.kind() == ErrorKind::UnexpectedEof {
+        return Error::Truncated { at: MeshFile { line: None, ..at }, cause: format!("it ends within {what}") };
+    }
+    let text = error.to_string();
+    let cause = text.strip_prefix("Line ").and_then(|t| t.split_once(": ")).map_or(text.as_str(), |(_, cause)| cause);
+    Error::Malformed { at, format: "PLY", cause: cause.to_string() }
+}
+
+/// An element that nobody asks for.
+struct Skip;
+
+impl PropertyAccess for Skip {
+    fn new() -> Self {
+        Skip
+    }
+}
+
+struct Vertex {
+    position: Vec3,
+    normal: Vec3,
+    uv: Vec2,
+}
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Vertex { position: Vec3::ZERO, normal: Vec3::ZERO, uv: Vec2::ZERO }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let slot = match name {
+            "x" => &mut self.position.x,
+            "y" => &mut self.position.y,
+            "z" => &mut self.position.z,
+            "nx" => &mut self.normal.x,
+            "ny" => &mut self.normal.y,
+            "nz" => &mut self.normal.z,
+            name if U_NAMES.contains(&name) => &mut self.uv.x,
+            name if V_NAMES.contains(&name) => &mut self.uv.y,
+            _ => return PropertyAccessResult::Ignored,
+        };
+        *slot = match property {
+            Property::Char(v) => f32::from(v),
+            Property::UChar(v) => f32::from(v),
+            Property::Short(v) => f32::from(v),
+            Property::UShort(v) => f32::from(v),
+            Property::Int(v) => v as f32,
+            Property::UInt(v) => v as f32,
+            Property::Float(v) => v,
+            Property::Double(v) => v as f32,
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+struct Face {
+    indices: Vec<i64>,
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Face { indices: Vec::new() }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if name != "vertex_indices" && name != "vertex_index" {
+            return PropertyAccessResult::Ignored;
+        }
+        self.indices = match property {
+            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUInt(list) => list.into_iter().map(i64::from).collect(),
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
