@@ -6,7 +6,7 @@ use crate::device::Device;
 use crate::materials::{self, Compiled};
 use crate::plan::Plan;
 use crate::precision::Precision;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::wavefront::{self, Counts, Spread, Wavefront};
 use crate::{accel, device, programs};
 use std::time::{Duration, Instant};
@@ -14,6 +14,9 @@ use std::time::{Duration, Instant};
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
+    /// The scene contradicts itself.
+    #[error(transparent)]
+    Scene(#[from] scene::Error),
     /// A material does not compile.
     #[error(transparent)]
     Material(#[from] materials::Error),
@@ -99,6 +102,7 @@ pub struct Picture {
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
 pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Error> {
+    scene.check()?;
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     if pixels > 1 << 30 {
         return Err(Error::TooLarge { width: scene.film.width, height: scene.film.height });
@@ -172,6 +176,7 @@ pub fn render(
     let data = wavefront.resolve(done)?;
     let render_time = start.elapsed();
     let counts = wavefront.counts()?;
+    wavefront.log_times();
     let bytes_per_path = plan.layout.bytes_per_path(options.precision.real_bytes());
     let picture = Picture {
         width: scene.film.width,

@@ -12,7 +12,9 @@ use crate::precision::Precision;
 use crate::programs::Kernels;
 use crate::scene::{MaterialId, Scene};
 use glam::DVec3;
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
+use std::time::{Duration, Instant};
 
 /// Work-items of a group; fixed, since some drivers compile a kernel anew for each.
 const GROUP: usize = 64;
@@ -84,6 +86,8 @@ pub struct Wavefront<'a> {
     settings: [u32; Setting::ALL.len()],
     environment: Option<MaterialId>,
     varying_lights: Vec<MaterialId>,
+    /// Launches and time of each stage, when the log asks for them: every launch is waited for then.
+    times: Option<RefCell<BTreeMap<Stage, (u32, Duration)>>>,
 }
 
 impl<'a> Wavefront<'a> {
@@ -107,6 +111,7 @@ impl<'a> Wavefront<'a> {
             settings: settings(scene, geometry, spread),
             environment: scene.environment,
             varying_lights: geometry.lights.varying_materials(),
+            times: tracing::enabled!(tracing::Level::DEBUG).then(RefCell::default),
         };
         for (id, name) in plan.layout.buffers() {
             let buffer = wavefront.make(id, name, scene, geometry)?;
@@ -285,10 +290,17 @@ impl<'a> Wavefront<'a> {
 
     /// Launches a stage over all slots, if the plan has it.
     fn stage(&self, stage: Stage, material: Option<MaterialId>, launch: u32) -> Result<(), Error> {
-        match self.kernels.get(stage, material) {
-            Some(kernel) => self.launch(kernel, launch, None, u64::from(self.spread.paths)),
-            None => Ok(()),
+        let Some(kernel) = self.kernels.get(stage, material) else { return Ok(()) };
+        let start = Instant::now();
+        self.launch(kernel, launch, None, u64::from(self.spread.paths))?;
+        if let Some(times) = &self.times {
+            self.device.finish()?;
+            let mut times = times.borrow_mut();
+            let (launches, time) = times.entry(stage).or_default();
+            *launches += 1;
+            *time += start.elapsed();
         }
+        Ok(())
     }
 
     fn counters(&self) -> Result<Vec<u32>, Error> {
@@ -316,6 +328,13 @@ impl<'a> Wavefront<'a> {
     /// What was counted so far.
     pub fn counts(&self) -> Result<Counts, Error> {
         Ok(self.counts_of(&self.counters()?))
+    }
+
+    /// Writes the stages' times to the log.
+    pub fn log_times(&self) {
+        for (stage, (launches, time)) in self.times.iter().flat_map(|t| t.borrow().clone()) {
+            tracing::debug!(stage = stage.name(), launches, ms = time.as_millis() as u64, "stage");
+        }
     }
 
     /// The picture, the mean of `samples` samples a pixel: rows from the top, channels interleaved.

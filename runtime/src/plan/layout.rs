@@ -302,6 +302,14 @@ impl Layout {
             + 4 * u64::from(self.uint_planes() - other.uint_planes())
     }
 
+    /// Names of the buffers that an effect alone adds.
+    pub fn buffers_of(&self, effect: Effect) -> Vec<&'static str> {
+        let mut without = self.on.clone();
+        without.remove(&effect);
+        let other = Layout { on: without, ..self.clone() };
+        self.buffers().filter(|b| !other.buffers().any(|o| o == *b)).map(|(_, name)| name).collect()
+    }
+
     /// Channels of the film.
     pub fn film_channels(&self) -> u32 {
         if self.on.contains(&Holdout) { 4 } else { 3 }
