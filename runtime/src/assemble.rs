@@ -14,11 +14,17 @@ macro_rules! embed {
 
 /// Every file of kernels/, by its path there.
 static KERNELS: &[(&str, &str)] = embed![
+    "context.h",
+    "geometry.h",
     "globals.h",
+    "lights.h",
     "lobe.h",
+    "lobe_state.h",
     "maths.h",
+    "random.h",
     "real.h",
     "strings.h",
+    "surface.h",
     "bsdf/bsdf.h",
     "bsdf/conductor.h",
     "bsdf/diffuse.h",
@@ -51,7 +57,29 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/pattern.h",
     "osl/spline.h",
     "osl/state.h",
+    "stages/accumulate.cl",
+    "stages/accumulate.h",
+    "stages/environment.cl",
+    "stages/environment.h",
+    "stages/environment_light.cl",
+    "stages/environment_map.cl",
+    "stages/light_power.cl",
+    "stages/ray_gen.cl",
+    "stages/ray_gen.h",
+    "stages/resolve.cl",
+    "stages/sample_light.cl",
+    "stages/sample_light.h",
+    "stages/sample_next.cl",
+    "stages/sample_next.h",
+    "stages/select_bsdf.cl",
+    "stages/select_bsdf.h",
     "stages/shade.cl",
+    "stages/shade_light.cl",
+    "stages/shade_light.h",
+    "stages/trace.cl",
+    "stages/trace.h",
+    "stages/trace_shadow.cl",
+    "stages/trace_shadow.h",
 ];
 
 /// The text of a kernel file, by its path below kernels/.
@@ -72,17 +100,23 @@ pub struct Error {
 ///
 /// `#line` directives keep the driver's messages true to file and line; `name` is that of the outermost text.
 pub fn assemble(name: &str, text: &str) -> Result<String, Error> {
+    assemble_with(name, text, &[])
+}
+
+/// As [`assemble`], with more headers: pairs of path and text.
+pub fn assemble_with(name: &str, text: &str, more: &[(&str, &str)]) -> Result<String, Error> {
     let mut out = String::with_capacity(4 * text.len());
-    expand(name, text, true, &mut HashSet::new(), &mut out)?;
+    expand(name, text, more, true, &mut HashSet::new(), &mut out)?;
     Ok(out)
 }
 
 /// `always`: the text counts whatever is defined.
-fn expand(
+fn expand<'a>(
     name: &str,
     text: &str,
+    more: &[(&'a str, &'a str)],
     always: bool,
-    seen: &mut HashSet<&'static str>,
+    seen: &mut HashSet<&'a str>,
     out: &mut String,
 ) -> Result<(), Error> {
     let _ = writeln!(out, "#line 1 \"{name}\"");
@@ -100,7 +134,7 @@ fn expand(
             out.push('\n');
             continue;
         };
-        let Some((key, header)) = KERNELS.iter().find(|(n, _)| *n == path) else {
+        let Some((key, header)) = KERNELS.iter().chain(more).find(|(n, _)| *n == path) else {
             return Err(Error { name: name.to_owned(), path: path.to_owned() });
         };
         let counts = always && depth <= 0;
@@ -108,7 +142,7 @@ fn expand(
             if counts {
                 seen.insert(key);
             }
-            expand(key, header, counts, seen, out)?;
+            expand(key, header, more, counts, seen, out)?;
         }
         let _ = writeln!(out, "#line {} \"{name}\"", index + 2);
     }

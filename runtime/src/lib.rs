@@ -2,8 +2,14 @@
 
 #![deny(unsafe_op_in_unsafe_fn)]
 
+pub mod accel;
 pub mod assemble;
 pub mod device;
+pub mod materials;
+pub mod plan;
 pub mod precision;
+pub mod programs;
+pub mod render;
 pub mod scene;
 pub mod shade;
+pub mod wavefront;

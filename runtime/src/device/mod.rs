@@ -16,6 +16,7 @@ use opencl3::context::Context;
 use opencl3::device::{CL_DEVICE_TYPE_ALL, CL_DEVICE_TYPE_CPU, CL_DEVICE_TYPE_GPU};
 use opencl3::error_codes::ClError;
 use opencl3::platform::get_platforms;
+use std::sync::{Mutex, PoisonError};
 
 /// What a device is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +62,9 @@ fn words(e: ClError) -> String {
 
 /// All devices, in the order that numbers name them: platforms as the loader gives them.
 pub fn list() -> Result<Vec<DeviceInfo>, Error> {
+    // PoCL 3.1 answers "no device" to a thread that asks while another is setting it up.
+    static ASKING: Mutex<()> = Mutex::new(());
+    let _asking = ASKING.lock().unwrap_or_else(PoisonError::into_inner);
     let platforms = get_platforms().map_err(|e| Error::NoDevice { cause: words(e) })?;
     let mut out = Vec::new();
     for platform in platforms {
@@ -138,6 +142,11 @@ impl Device {
     /// Waits until all that was queued is done.
     pub fn finish(&self) -> Result<(), Error> {
         self.queue.finish().map_err(|e| self.error("waiting", e))
+    }
+
+    /// The error for work that came back wrong without a word from the driver.
+    pub fn lost(&self, what: &str) -> Error {
+        Error::Driver { device: self.info.name.clone(), what: "the work on the device".into(), code: what.into() }
     }
 
     pub(in crate::device) fn error(&self, what: &str, e: ClError) -> Error {

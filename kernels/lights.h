@@ -1,0 +1,141 @@
+// Lights: emissive triangles, chosen in proportion to their power and sampled by area, and the environment, sampled by a
+// map of its radiance. One table for both.
+//
+// In: random numbers, a point. Out: directions, densities per solid angle. It must not know path state or lobes.
+#ifndef OSLCL_LIGHTS_H
+#define OSLCL_LIGHTS_H
+
+#include "bsdf/numeric.h"
+#include "context.h"
+
+// Reals of a light: corner, two edges, radiance, density per area (probability of the choice over the area), and of the
+// alias table the share of its cell that is its own.
+#define LIGHT_REALS 14
+#define LIGHT_RADIANCE 9
+#define LIGHT_DENSITY 12
+#define LIGHT_SHARE 13
+// Words of a light: the other light of its cell, triangle, instance, queue of its material's shade_light or QUEUE_NONE.
+#define LIGHT_WORDS 4
+#define LIGHT_ALIAS 0
+#define LIGHT_TRIANGLE 1
+#define LIGHT_INSTANCE 2
+#define LIGHT_QUEUE 3
+#define ENVIRONMENT_LIGHT 0xffffffffu
+
+typedef struct {
+    real3 wi;       // unit, towards the light
+    real distance;  // REAL_MAX for the environment
+    real3 radiance; // or 1 when the light's shader has to be asked
+    real pdf;       // per solid angle, of the choice and of the point together
+    uint light;     // index, or ENVIRONMENT_LIGHT
+    real u, v;      // where on the triangle
+} LightSample;
+
+// Walker's alias method: one of n cells, u is uniform in [0,1) and comes back uniform.
+static inline uint alias_cell(real *u, uint n)
+{
+    real x = *u * n;
+    uint i = min((uint)x, n - 1);
+    *u = clamp(x - i, (real)0, (real)ONE_MINUS_EPSILON);
+    return i;
+}
+
+// Balance of two ways to find one direction. Veach, "Robust Monte Carlo Methods", 1997, sec. 9.2.4: power heuristic, beta 2.
+static inline real mis_weight(real mine, real other)
+{
+    real r = other / mine;
+    return 1 / (1 + r * r);
+}
+
+// The probability that a sample asks the environment, and that it asks a triangle.
+#if defined(HAS_LIGHTS) && defined(HAS_ENVIRONMENT_SAMPLING)
+#define ENVIRONMENT_SHARE ((real)0.5)
+#define TRIANGLES_SHARE ((real)0.5)
+#else
+#define ENVIRONMENT_SHARE ((real)1)
+#define TRIANGLES_SHARE ((real)1)
+#endif
+
+#ifdef HAS_LIGHTS
+// The density per solid angle of taking a point of a light at this distance, seen under this |cosine|.
+static inline real light_pdf(const Context *c, uint light, real distance, real cosine)
+{
+    real density = c->lights[LIGHT_REALS * (size_t)light + LIGHT_DENSITY];
+    return density * TRIANGLES_SHARE * distance * distance / cosine;
+}
+
+static inline int sample_triangle_light(const Context *c, real3 P, real4 u, LightSample *s)
+{
+    real x = u.x;
+    uint cell = alias_cell(&x, setting(c, SETTING_lights));
+    s->light = x < c->lights[LIGHT_REALS * (size_t)cell + LIGHT_SHARE] ? cell
+                                                                         : c->light_words[LIGHT_WORDS * cell + LIGHT_ALIAS];
+    __global const real *light = c->lights + LIGHT_REALS * (size_t)s->light;
+    real3 v0 = vload3(0, light), e1 = vload3(1, light), e2 = vload3(2, light);
+    // Uniform on a triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990.
+    real root = sqrt(u.y);
+    s->u = root * (1 - u.z);
+    s->v = root * u.z;
+    real3 to = v0 + e1 * s->u + e2 * s->v - P;
+    real distance2 = dot(to, to);
+    s->distance = sqrt(distance2);
+    s->wi = to / s->distance;
+    real cosine = -dot(s->wi, safe_normalize(cross(e1, e2)));
+    if (!(cosine > 0 && distance2 > 0)) return 0;
+    s->radiance = vload3(0, light + LIGHT_RADIANCE);
+    s->pdf = light[LIGHT_DENSITY] * TRIANGLES_SHARE * distance2 / cosine;
+    return is_finite_positive(s->pdf);
+}
+#endif
+
+#ifdef HAS_ENVIRONMENT_SAMPLING
+// The map has equal-area cells: rows are even in z, columns in azimuth. Reals of a cell: probability, share.
+#define ENVIRONMENT_CELLS (ENVIRONMENT_WIDTH * ENVIRONMENT_HEIGHT)
+
+static inline real environment_pdf(const Context *c, real3 d)
+{
+    real turn = m_atan2(d.y, d.x) * (real)(0.5 * INV_PI);
+    turn = turn < 0 ? turn + 1 : turn;
+    uint x = min((uint)(turn * ENVIRONMENT_WIDTH), ENVIRONMENT_WIDTH - 1u);
+    uint y = min((uint)(clamp((1 - d.z) * (real)0.5, (real)0, (real)1) * ENVIRONMENT_HEIGHT), ENVIRONMENT_HEIGHT - 1u);
+    real p = c->environment_cells[2 * (y * ENVIRONMENT_WIDTH + x)];
+    return p * (real)(ENVIRONMENT_CELLS * 0.25 * INV_PI) * ENVIRONMENT_SHARE;
+}
+
+static inline int sample_environment(const Context *c, real4 u, LightSample *s)
+{
+    real x = u.x;
+    uint cell = alias_cell(&x, ENVIRONMENT_CELLS);
+    if (!(x < c->environment_cells[2 * cell + 1])) cell = c->environment_alias[cell];
+    real p = c->environment_cells[2 * cell];
+    real turn = ((cell % ENVIRONMENT_WIDTH) + u.y) * (real)(1.0 / ENVIRONMENT_WIDTH);
+    real z = 1 - 2 * ((cell / ENVIRONMENT_WIDTH) + u.z) * (real)(1.0 / ENVIRONMENT_HEIGHT);
+    real sine = safe_sqrt((1 - z) * (1 + z));
+    real sp, cp;
+    m_sincos_turns(turn, &sp, &cp);
+    s->wi = (real3)(sine * cp, sine * sp, z);
+    s->distance = REAL_MAX;
+    s->radiance = (real3)(1);
+    s->pdf = p * (real)(ENVIRONMENT_CELLS * 0.25 * INV_PI) * ENVIRONMENT_SHARE;
+    s->light = ENVIRONMENT_LIGHT;
+    return is_finite_positive(s->pdf);
+}
+#endif
+
+#if defined(HAS_LIGHTS) || defined(HAS_ENVIRONMENT_SAMPLING)
+// Takes a direction to a light seen from P (relative to the camera); 0 when this sample gives none.
+static inline int sample_lights(const Context *c, real3 P, real4 u, LightSample *s)
+{
+#if defined(HAS_LIGHTS) && defined(HAS_ENVIRONMENT_SAMPLING)
+    int environment = u.x < ENVIRONMENT_SHARE;
+    u.x = clamp(environment ? u.x * 2 : u.x * 2 - 1, (real)0, (real)ONE_MINUS_EPSILON);
+    return environment ? sample_environment(c, u, s) : sample_triangle_light(c, P, u, s);
+#elif defined(HAS_LIGHTS)
+    return sample_triangle_light(c, P, u, s);
+#else
+    return sample_environment(c, u, s);
+#endif
+}
+#endif
+
+#endif

@@ -1,0 +1,58 @@
+// The lobe in hand as path state: only the fields that some lobe type of the scene uses.
+#ifndef OSLCL_LOBE_STATE_H
+#define OSLCL_LOBE_STATE_H
+
+#include "context.h"
+#include "lobe.h"
+
+static inline void store_lobe(const Context *c, uint slot, const Lobe *l)
+{
+    path_set_uint(c, PATHU_lobe, slot, (uint)l->type | (uint)l->flags << 8);
+    path_set3(c, PATH_lobe_N, slot, l->N);
+#ifdef PATH_lobe_T
+    path_set3(c, PATH_lobe_T, slot, l->T);
+#endif
+#ifdef PATH_lobe_ax
+    path_set(c, PATH_lobe_ax, slot, l->ax);
+#endif
+#ifdef PATH_lobe_ay
+    path_set(c, PATH_lobe_ay, slot, l->ay);
+#endif
+#ifdef PATH_lobe_eta
+    path_set(c, PATH_lobe_eta, slot, l->eta);
+#endif
+#ifdef PATH_lobe_c0
+    path_set3(c, PATH_lobe_c0, slot, l->c0);
+    path_set3(c, PATH_lobe_c1, slot, l->c1);
+#endif
+}
+
+// The weight is not stored: it went into the path's throughput.
+static inline Lobe load_lobe(const Context *c, uint slot)
+{
+    Lobe l = {0};
+    uint kind = path_get_uint(c, PATHU_lobe, slot);
+    l.type = kind & 255u;
+    l.flags = kind >> 8;
+    l.N = path_get3(c, PATH_lobe_N, slot);
+#ifdef PATH_lobe_T
+    l.T = path_get3(c, PATH_lobe_T, slot);
+#endif
+#ifdef PATH_lobe_ax
+    l.ax = path_get(c, PATH_lobe_ax, slot);
+    l.ay = l.ax;
+#endif
+#ifdef PATH_lobe_ay
+    l.ay = path_get(c, PATH_lobe_ay, slot);
+#endif
+#ifdef PATH_lobe_eta
+    l.eta = path_get(c, PATH_lobe_eta, slot);
+#endif
+#ifdef PATH_lobe_c0
+    l.c0 = path_get3(c, PATH_lobe_c0, slot);
+    l.c1 = path_get3(c, PATH_lobe_c1, slot);
+#endif
+    return l;
+}
+
+#endif

@@ -1,0 +1,40 @@
+// What a path that leaves the scene sees, from the environment's material.
+#ifndef OSLCL_STAGE_ENVIRONMENT_H
+#define OSLCL_STAGE_ENVIRONMENT_H
+
+#include "lights.h"
+#include "lobe.h"
+#include "surface.h"
+
+// Radiance from direction I away from the viewer.
+static inline real3 environment_radiance(const Context *c, real3 I)
+{
+    ShaderGlobals sg;
+    ShadeResult result;
+    environment_point(c, I, &sg);
+    MATERIAL_ENTRY(&sg, 0, &result);
+    return result.background;
+}
+
+static inline int stage_environment(const Context *c, uint slot)
+{
+    real3 d = path_get3(c, PATH_ray_d, slot);
+    real3 L = path_get3(c, PATH_beta, slot) * environment_radiance(c, d);
+#ifdef HAS_ENVIRONMENT_SAMPLING
+    real pdf = path_get(c, PATH_pdf, slot);
+    if (pdf > 0) L *= mis_weight(pdf, environment_pdf(c, d));
+#endif
+    path_set3(c, PATH_radiance, slot, path_get3(c, PATH_radiance, slot) + L);
+    return QUEUE_done;
+}
+
+#ifdef HAS_ENVIRONMENT_SAMPLING
+// A ray to the environment met nothing: its part of the light.
+static inline void stage_environment_light(const Context *c, uint slot)
+{
+    real3 L = path_get3(c, PATH_shadow_L, slot) * environment_radiance(c, path_get3(c, PATH_shadow_d, slot));
+    path_set3(c, PATH_radiance, slot, path_get3(c, PATH_radiance, slot) + L);
+}
+#endif
+
+#endif

@@ -1,0 +1,49 @@
+// Starts the next sample of a slot: a ray of the camera. The first launch of a batch starts every slot.
+#ifndef OSLCL_STAGE_RAY_GEN_H
+#define OSLCL_STAGE_RAY_GEN_H
+
+#include "bsdf/sampling.h"
+#include "context.h"
+#include "random.h"
+
+static inline int stage_ray_gen(const Context *c, uint slot, int start)
+{
+    const uint per_pixel = setting(c, SETTING_slots_per_pixel);
+    uint sample = start ? setting(c, SETTING_sample_first) + slot % per_pixel
+                        : path_get_uint(c, PATHU_sample, slot) + per_pixel;
+    path_set_uint(c, PATHU_sample, slot, sample);
+    if (sample >= setting(c, SETTING_sample_end)) return QUEUE_NONE;
+    const uint width = setting(c, SETTING_width), height = setting(c, SETTING_height);
+    const uint pixel = path_pixel(c, slot);
+    real4 u = random4(pixel, sample, BLOCK_CAMERA, setting(c, SETTING_seed));
+    // Film coordinates in [-1,1]: x to the right, y up. A box filter of one pixel.
+    real x = 2 * ((pixel % width) + u.x) / width - 1;
+    real y = 1 - 2 * ((pixel / width) + u.y) / height;
+    // camera_right and camera_up are scaled by the tangents of half the angles of view.
+    real3 d = constant_real3(c, CONSTANT_camera_forward) + constant_real3(c, CONSTANT_camera_right) * x +
+              constant_real3(c, CONSTANT_camera_up) * y;
+    real3 o = (real3)(0);
+#ifdef HAS_THIN_LENS
+    // The plane in focus is where d, whose part along the view is 1, has the length of the focus distance.
+    real3 lens = sample_disk(u.z, u.w) * constant_real(c, CONSTANT_lens_radius);
+    o = constant_real3(c, CONSTANT_lens_right) * lens.x + constant_real3(c, CONSTANT_lens_up) * lens.y;
+    d = d * constant_real(c, CONSTANT_focus_distance) - o;
+#endif
+    path_set3(c, PATH_ray_o, slot, o);
+    path_set3(c, PATH_ray_d, slot, normalize(d));
+    path_set3(c, PATH_beta, slot, (real3)(1));
+    path_set3(c, PATH_radiance, slot, (real3)(0));
+#ifdef PATH_pdf
+    path_set(c, PATH_pdf, slot, 0);
+#endif
+#ifdef PATH_hole
+    path_set(c, PATH_hole, slot, 0);
+#endif
+#ifdef PATHU_raytype
+    path_set_uint(c, PATHU_raytype, slot, RAY_CAMERA);
+#endif
+    path_set_uint(c, PATHU_depth, slot, 1);
+    return QUEUE_trace;
+}
+
+#endif

@@ -1,0 +1,60 @@
+// Runs the material where the ray met it: adds what it emits, keeps the lobe that it picked.
+// MATERIAL_ENTRY is the generated function (see lobe.h).
+#ifndef OSLCL_STAGE_SELECT_BSDF_H
+#define OSLCL_STAGE_SELECT_BSDF_H
+
+#include "lights.h"
+#include "lobe_state.h"
+#include "random.h"
+#include "surface.h"
+
+static inline int stage_select_bsdf(const Context *c, uint slot)
+{
+    const uint triangle = path_get_uint(c, PATHU_hit_triangle, slot);
+#ifdef PATHU_hit_instance
+    const uint instance = path_get_uint(c, PATHU_hit_instance, slot);
+#else
+    const uint instance = 0;
+#endif
+    real3 I = path_get3(c, PATH_ray_d, slot);
+    ShaderGlobals sg;
+    SurfacePoint point = surface_point(c, triangle, instance, path_get(c, PATH_hit_u, slot),
+                                       path_get(c, PATH_hit_v, slot), I, &sg);
+#ifdef PATHU_raytype
+    sg.raytype = path_get_uint(c, PATHU_raytype, slot);
+#endif
+    const uint depth = path_get_uint(c, PATHU_depth, slot);
+    real4 u = random4(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_LIGHT(depth),
+                      setting(c, SETTING_seed));
+    ShadeResult result;
+    MATERIAL_ENTRY(&sg, u.w, &result);
+    real3 beta = path_get3(c, PATH_beta, slot);
+#ifdef MATERIAL_EMITS
+    if (!is_zero3(result.emission)) {
+        real weight = 1;
+#ifdef HAS_LIGHTS
+        real pdf = path_get(c, PATH_pdf, slot);
+        real cosine = -dot(sg.Ng, I);
+        if (pdf > 0 && (shape_word(c, point.shape, SHAPE_FLAGS) & SHAPE_EMITS) && cosine > 0) {
+            uint light = shape_word(c, point.shape, SHAPE_LIGHT) + c->triangle_ids[triangle];
+            weight = mis_weight(pdf, light_pdf(c, light, path_get(c, PATH_hit_t, slot), cosine));
+        }
+#endif
+        path_set3(c, PATH_radiance, slot, path_get3(c, PATH_radiance, slot) + beta * result.emission * weight);
+    }
+#endif
+#ifdef PATH_hole
+    path_set(c, PATH_hole, slot, path_get(c, PATH_hole, slot) + dot(beta * result.holdout, (real3)(1.0 / 3)));
+#endif
+    // The next event would be one edge longer than allowed.
+    if (depth >= setting(c, SETTING_max_depth) || result.lobe.type == LOBE_NONE) return QUEUE_done;
+    beta *= result.lobe.weight;
+    if (is_zero3(beta)) return QUEUE_done;
+    path_set3(c, PATH_beta, slot, beta);
+    path_set3(c, PATH_point, slot, point.P);
+    path_set3(c, PATH_offset, slot, point.offset);
+    store_lobe(c, slot, &result.lobe);
+    return QUEUE_scatter;
+}
+
+#endif

@@ -1,0 +1,162 @@
+// From a point on a triangle to what a shader sees of it (ShaderGlobals).
+//
+// In: triangle, instance, barycentric weights, the direction of view. Out: ShaderGlobals, and the point relative to the
+// camera with a vector that leads off the surface. It must not know path state or materials.
+#ifndef OSLCL_SURFACE_H
+#define OSLCL_SURFACE_H
+
+#include "bsdf/numeric.h"
+#include "context.h"
+#include "globals.h"
+
+#ifdef HAS_SURFACES
+#include "geometry.h"
+
+typedef struct {
+    real3 P;       // relative to the camera
+    real3 offset;  // along Ng on the viewer's side; P plus or minus it lies clear of the surface
+    uint shape;    // index of the placed mesh
+} SurfacePoint;
+
+// Words of a shape.
+#define SHAPE_WORDS 3
+#define SHAPE_QUEUE 0 // of its material
+#define SHAPE_FLAGS 1
+#define SHAPE_LIGHT 2 // of what emits: index of the light of its first triangle, less that triangle's number
+#define SHAPE_HAS_NORMALS 1u
+#define SHAPE_HAS_UVS 2u
+#define SHAPE_EMITS 4u
+
+static inline uint shape_of(const Context *c, uint triangle, uint instance)
+{
+#ifdef HAS_INSTANCES
+    if (instance != 0) return c->instance_roots[2 * instance + 1];
+#endif
+    return c->corners[4 * (size_t)c->triangle_ids[triangle] + 3];
+}
+
+static inline uint shape_word(const Context *c, uint shape, uint word) { return c->shapes[SHAPE_WORDS * shape + word]; }
+
+// The tangents of a triangle with edges e1, e2 and differences of texture coordinates d1, d2; without usable coordinates
+// the edges' plane gives any.
+static inline void tangents(real3 e1, real3 e2, real2 d1, real2 d2, real3 Ng, real3 *dPdu, real3 *dPdv)
+{
+    real det = d1.x * d2.y - d1.y * d2.x;
+    *dPdu = (e1 * d2.y - e2 * d1.y) / det;
+    *dPdv = (e2 * d1.x - e1 * d2.x) / det;
+    real size = dot(*dPdu, *dPdu) + dot(*dPdv, *dPdv);
+    if (!(size > 0 && size <= REAL_MAX)) {
+        *dPdu = e1;
+        *dPdv = cross(Ng, e1);
+    }
+}
+
+// I: unit, towards the point.
+static inline SurfacePoint surface_point(const Context *c, uint triangle, uint instance, real u, real v, real3 I,
+                                         ShaderGlobals *sg)
+{
+    SurfacePoint s;
+    __global const real *p = c->triangles + 9 * (size_t)triangle;
+    real3 v0 = vload3(0, p), e1 = vload3(1, p), e2 = vload3(2, p);
+    __global const uint *corner = c->corners + 4 * (size_t)c->triangle_ids[triangle];
+    s.shape = shape_of(c, triangle, instance);
+    s.P = v0 + e1 * u + e2 * v;
+    real3 Ng = safe_normalize(cross(e1, e2));
+    real3 N = Ng;
+    const uint flags = shape_word(c, s.shape, SHAPE_FLAGS);
+#ifdef HAS_NORMALS
+    if (flags & SHAPE_HAS_NORMALS) {
+        real3 n = convert_real3(vload3(corner[0], c->normals)) * (1 - u - v) +
+                  convert_real3(vload3(corner[1], c->normals)) * u + convert_real3(vload3(corner[2], c->normals)) * v;
+        n = safe_normalize(n);
+        // Zero or opposed normals: the flat one is right.
+        N = is_zero3(n) ? Ng : n;
+    }
+#endif
+    // The rounding error of P is a few ulps of the largest term.
+    real3 extent = fabs(v0) + fabs(e1) + fabs(e2);
+#ifdef HAS_INSTANCES
+    if (instance != 0) {
+        __global const real *to_object = c->instances + 24 * (size_t)instance;
+        __global const real *to_world = to_object + 12;
+        s.P = transform_point(to_world, s.P);
+        Ng = safe_normalize(transform_normal(to_object, Ng));
+        N = safe_normalize(transform_normal(to_object, N));
+        v0 = transform_point(to_world, v0);
+        e1 = transform_direction(to_world, e1);
+        e2 = transform_direction(to_world, e2);
+        extent = max(extent, fabs(v0) + fabs(e1) + fabs(e2)) +
+                 fabs((real3)(to_world[3], to_world[7], to_world[11]));
+    }
+#endif
+    sg->backfacing = dot(I, Ng) > 0;
+    if (dot(N, Ng) < 0) N = -N;
+    if (sg->backfacing) {
+        Ng = -Ng;
+        N = -N;
+    }
+    // An interpolated normal that the viewer would see from below is bent back to the horizon.
+    real below = dot(N, I) + (real)1e-4;
+    if (below > 0) N = safe_normalize(N - I * below);
+    s.offset = Ng * (max_component(extent) * (16 * REAL_EPSILON));
+    sg->P = s.P + constant_real3(c, CONSTANT_camera_position);
+    sg->I = I;
+    sg->N = N;
+    sg->Ng = Ng;
+    sg->u = u;
+    sg->v = v;
+    real2 d1 = (real2)(1, 0), d2 = (real2)(0, 1);
+#ifdef HAS_UVS
+    if (flags & SHAPE_HAS_UVS) {
+        float2 t0 = vload2(corner[0], c->uvs), t1 = vload2(corner[1], c->uvs), t2 = vload2(corner[2], c->uvs);
+        d1 = (real2)(t1.x - t0.x, t1.y - t0.y);
+        d2 = (real2)(t2.x - t0.x, t2.y - t0.y);
+        sg->u = t0.x + d1.x * u + d2.x * v;
+        sg->v = t0.y + d1.y * u + d2.y * v;
+    }
+#endif
+#ifdef HAS_TANGENTS
+    tangents(e1, e2, d1, d2, Ng, &sg->dPdu, &sg->dPdv);
+#else
+    sg->dPdu = sg->dPdv = (real3)(0);
+#endif
+    sg->Ps = sg->dPdtime = (real3)(0);
+    sg->time = sg->dtime = 0;
+    sg->raytype = 0;
+#ifdef HAS_SURFACE_AREA
+    sg->surfacearea = c->areas[s.shape];
+#else
+    sg->surfacearea = 0;
+#endif
+#ifdef HAS_OBJECT_SPACE
+    sg->object_space = c->object_spaces + 32 * (size_t)s.shape;
+#else
+    sg->object_space = 0;
+#endif
+#ifdef HAS_CAMERA_SPACE
+    sg->camera_space = c->constants + CONSTANT_camera_space;
+#else
+    sg->camera_space = 0;
+#endif
+    return s;
+}
+
+#endif
+
+// What an environment's shader sees: only the direction.
+static inline void environment_point(const Context *c, real3 I, ShaderGlobals *sg)
+{
+    sg->P = sg->Ps = sg->dPdtime = sg->dPdu = sg->dPdv = (real3)(0);
+    sg->I = I;
+    sg->N = sg->Ng = -I;
+    sg->u = sg->v = sg->time = sg->dtime = sg->surfacearea = 0;
+    sg->backfacing = sg->raytype = 0;
+    sg->object_space = 0;
+#ifdef HAS_CAMERA_SPACE
+    sg->camera_space = c->constants + CONSTANT_camera_space;
+#else
+    sg->camera_space = 0;
+#endif
+}
+
+#endif

@@ -1,0 +1,180 @@
+//! Trees of boxes: obvhs builds them, here they become the nodes that kernels/geometry.h reads.
+//!
+//! In: corners of triangles or boxes of instances, camera-relative or in object space. Out: 16 floats a node, appended to one
+//! array, and the order of the leaves. It must not know meshes, materials or devices.
+
+use super::Error;
+use glam::{DVec3, Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::{build_bvh2, build_bvh2_from_tris};
+use obvhs::triangle::Triangle;
+use obvhs::{Boundable, BvhBuildParams};
+use std::time::Duration;
+
+/// Floats of a node.
+pub(super) const NODE_FLOATS: usize = 16;
+
+/// Deepest tree that the kernels' stack holds, both levels together (STACK_SIZE of kernels/geometry.h).
+const MAX_DEPTH: u32 = 94;
+
+/// More triangles than this get the faster of two builds.
+const MANY: usize = 2_000_000;
+
+/// A tree in the node array.
+pub(super) struct Tree {
+    /// Index of its root.
+    pub root: u32,
+    /// Levels.
+    pub depth: u32,
+    /// Primitives in the order of the leaves; some may stand twice, split between leaves.
+    pub order: Vec<u32>,
+}
+
+/// A box as a primitive.
+struct Boxed(Aabb);
+
+impl Boundable for Boxed {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+/// Builds a tree over triangles. `first_leaf` is the index that the first triangle of `order` will have.
+pub(super) fn over_triangles(corners: &[[DVec3; 3]], first_leaf: u32, nodes: &mut Vec<f32>) -> Result<Tree, Error> {
+    let narrow = |p: DVec3| Vec3A::from(p.as_vec3());
+    let triangles: Vec<Triangle> =
+        corners.iter().map(|[a, b, c]| Triangle { v0: narrow(*a), v1: narrow(*b), v2: narrow(*c) }).collect();
+    let quality = if triangles.len() > MANY { BvhBuildParams::medium_build() } else { BvhBuildParams::slow_build() };
+    let bvh = build_bvh2_from_tris(&triangles, quality, &mut Duration::default());
+    let mut order = Vec::with_capacity(bvh.primitive_indices.len());
+    let tree = write_nodes(&bvh, nodes, &mut |first, count| {
+        let at = first_leaf + order.len() as u32;
+        order.extend(&bvh.primitive_indices[first as usize..(first + count) as usize]);
+        Child::Leaf { first: at, count }
+    })?;
+    Ok(Tree { order, ..tree })
+}
+
+/// Builds the top level over boxes; its leaves hold one box each, which name it themselves: `order` is empty.
+pub(super) fn over_boxes(boxes: &[(DVec3, DVec3)], nodes: &mut Vec<f32>) -> Result<Tree, Error> {
+    let boxes: Vec<Boxed> = boxes
+        .iter()
+        .map(|(lo, hi)| Boxed(Aabb::new(Vec3A::from(round_down(*lo)), Vec3A::from(round_up(*hi)))))
+        .collect();
+    let single = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
+    let bvh = build_bvh2(&boxes, single, &mut Duration::default());
+    write_nodes(&bvh, nodes, &mut |first, _| Child::Leaf { first: bvh.primitive_indices[first as usize], count: 1 })
+}
+
+fn round_down(v: DVec3) -> Vec3 {
+    Vec3::from_array(v.to_array().map(|x| (x as f32).next_down()))
+}
+
+fn round_up(v: DVec3) -> Vec3 {
+    Vec3::from_array(v.to_array().map(|x| (x as f32).next_up()))
+}
+
+/// What a child of a node is.
+enum Child {
+    Node(usize),
+    Leaf { first: u32, count: u32 },
+}
+
+/// Appends the nodes of a tree, root first. `leaf` turns a range of obvhs's primitives into a leaf.
+fn write_nodes(bvh: &Bvh2, nodes: &mut Vec<f32>, leaf: &mut dyn FnMut(u32, u32) -> Child) -> Result<Tree, Error> {
+    let root = (nodes.len() / NODE_FLOATS) as u32;
+    let mut deepest = 1;
+    let fresh = |nodes: &mut Vec<f32>| {
+        let index = nodes.len() / NODE_FLOATS;
+        nodes.resize(nodes.len() + NODE_FLOATS, 0.0);
+        index
+    };
+    let empty = Aabb { min: Vec3A::splat(f32::MAX), max: Vec3A::splat(f32::MIN), ..Aabb::default() };
+    let top = &bvh.nodes[0];
+    let root_at = fresh(nodes);
+    if top.prim_count > 0 {
+        // A root that is a leaf: one child holds it, the other is a box that nothing enters.
+        let child = leaf(top.first_index, top.prim_count);
+        put_child(nodes, root_at, 0, &top.aabb, &child);
+        put_child(nodes, root_at, 1, &empty, &Child::Leaf { first: 0, count: 1 });
+        return Ok(Tree { root, depth: 1, order: Vec::new() });
+    }
+    let mut stack = vec![(0usize, root_at, 1u32)];
+    while let Some((from, to, depth)) = stack.pop() {
+        deepest = deepest.max(depth);
+        for side in 0..2 {
+            let node = &bvh.nodes[bvh.nodes[from].first_index as usize + side];
+            let child = if node.prim_count > 0 {
+                leaf(node.first_index, node.prim_count)
+            } else {
+                let at = fresh(nodes);
+                stack.push((bvh.nodes[from].first_index as usize + side, at, depth + 1));
+                Child::Node(at)
+            };
+            put_child(nodes, to, side, &node.aabb, &child);
+        }
+    }
+    check_depth(deepest)?;
+    Ok(Tree { root, depth: deepest, order: Vec::new() })
+}
+
+/// Checks that both levels together fit the kernels' stack.
+pub(super) fn check_depth(depth: u32) -> Result<(), Error> {
+    if depth > MAX_DEPTH { Err(Error::TooDeep { depth, most: MAX_DEPTH }) } else { Ok(()) }
+}
+
+fn put_child(nodes: &mut [f32], node: usize, side: usize, aabb: &Aabb, child: &Child) {
+    let at = &mut nodes[node * NODE_FLOATS + 8 * side..][..8];
+    let (index, count) = match child {
+        Child::Node(i) => (*i as u32, 0),
+        Child::Leaf { first, count } => (*first, *count),
+    };
+    // Edges are stored as differences: a corner is off by the rounding of two numbers of the triangle's size.
+    let filled = aabb.min.x <= aabb.max.x;
+    let slack = if filled { aabb.max.abs().max(aabb.min.abs()).max_element() * 4.0 * f32::EPSILON } else { 0.0 };
+    for k in 0..3 {
+        at[k] = aabb.min[k] - slack;
+        at[4 + k] = aabb.max[k] + slack;
+    }
+    at[3] = f32::from_bits(index);
+    at[7] = f32::from_bits(count);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(at: f64) -> [DVec3; 3] {
+        [DVec3::new(at, 0.0, 0.0), DVec3::new(at + 1.0, 0.0, 0.0), DVec3::new(at, 1.0, 0.0)]
+    }
+
+    #[test]
+    fn a_single_triangle_makes_a_root_with_one_leaf() {
+        let mut nodes = Vec::new();
+        let tree = over_triangles(&[triangle(0.0)], 5, &mut nodes).expect("builds");
+        assert_eq!((nodes.len(), tree.root, tree.order.as_slice()), (16, 0, &[0u32][..]));
+        assert_eq!((nodes[3].to_bits(), nodes[7].to_bits()), (5, 1));
+        assert!(nodes[8] > nodes[12], "the other child is empty");
+    }
+
+    #[test]
+    fn leaves_cover_all_triangles_and_boxes_contain_them() {
+        let triangles: Vec<_> = (0..100).map(|i| triangle(f64::from(i) * 1.5)).collect();
+        let mut nodes = Vec::new();
+        let tree = over_triangles(&triangles, 0, &mut nodes).expect("builds");
+        let mut seen = vec![false; 100];
+        for node in nodes.chunks(16) {
+            for child in node.chunks(8) {
+                let (first, count) = (child[3].to_bits(), child[7].to_bits());
+                for leaf in first..first + count {
+                    let original = tree.order[leaf as usize] as usize;
+                    seen[original] = true;
+                    assert!(f64::from(child[0]) <= triangles[original][0].x);
+                    assert!(f64::from(child[4]) >= triangles[original][1].x || tree.order.len() > 100);
+                }
+            }
+        }
+        assert!(seen.iter().all(|s| *s));
+    }
+}

@@ -1,0 +1,275 @@
+//! The effects that a scene can call for, and who asked for them.
+//!
+//! In: a scene and its materials' artifacts. Out: [`Decision`]s. Pure: it must not know devices.
+
+use crate::accel;
+use crate::scene::Scene;
+use oslcl_compiler::{Artifact, Radiance};
+
+/// Something that is simulated only when a scene calls for it. Off means: no code, no buffer, no launch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs)] // `text` says what each is.
+pub enum Effect {
+    Surfaces,
+    ThinLens,
+    Lights,
+    VaryingLights,
+    Environment,
+    VaryingEnvironment,
+    EnvironmentSampling,
+    Roulette,
+    Instances,
+    Normals,
+    Uvs,
+    Tangents,
+    SurfaceArea,
+    ObjectSpace,
+    CameraSpace,
+    RayType,
+    Holdout,
+    LobeDiffuse,
+    LobeOrenNayar,
+    LobeTranslucent,
+    LobePhong,
+    LobeWard,
+    LobeMicrofacet,
+    LobeReflection,
+    LobeRefraction,
+    LobeTransparent,
+    LobeConductor,
+    DoublePrecision,
+}
+
+use Effect::*;
+
+impl Effect {
+    /// All of them, in the order of the table that `oslcl plan` prints.
+    pub const ALL: [Effect; 28] = [
+        Surfaces,
+        ThinLens,
+        Lights,
+        VaryingLights,
+        Environment,
+        VaryingEnvironment,
+        EnvironmentSampling,
+        Roulette,
+        Instances,
+        Normals,
+        Uvs,
+        Tangents,
+        SurfaceArea,
+        ObjectSpace,
+        CameraSpace,
+        RayType,
+        Holdout,
+        LobeDiffuse,
+        LobeOrenNayar,
+        LobeTranslucent,
+        LobePhong,
+        LobeWard,
+        LobeMicrofacet,
+        LobeReflection,
+        LobeRefraction,
+        LobeTransparent,
+        LobeConductor,
+        DoublePrecision,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Surfaces => "surfaces",
+            ThinLens => "thin_lens",
+            Lights => "lights",
+            VaryingLights => "varying_lights",
+            Environment => "environment",
+            VaryingEnvironment => "varying_environment",
+            EnvironmentSampling => "environment_sampling",
+            Roulette => "roulette",
+            Instances => "instances",
+            Normals => "normals",
+            Uvs => "uvs",
+            Tangents => "tangents",
+            SurfaceArea => "surface_area",
+            ObjectSpace => "object_space",
+            CameraSpace => "camera_space",
+            RayType => "raytype",
+            Holdout => "holdout",
+            LobeDiffuse => "lobe_diffuse",
+            LobeOrenNayar => "lobe_oren_nayar",
+            LobeTranslucent => "lobe_translucent",
+            LobePhong => "lobe_phong",
+            LobeWard => "lobe_ward",
+            LobeMicrofacet => "lobe_microfacet",
+            LobeReflection => "lobe_reflection",
+            LobeRefraction => "lobe_refraction",
+            LobeTransparent => "lobe_transparent",
+            LobeConductor => "lobe_conductor",
+            DoublePrecision => "double_precision",
+        }
+    }
+
+    /// Its macro in the kernels.
+    pub fn macro_name(self) -> String {
+        format!("HAS_{}", self.name().to_uppercase())
+    }
+
+    /// What it is, in a few words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Surfaces => "surfaces that rays can meet",
+            ThinLens => "depth of field of a thin lens",
+            Lights => "emissive surfaces, sampled directly",
+            VaryingLights => "emission that differs from point to point: light rays ask the shader",
+            Environment => "light from outside the scene",
+            VaryingEnvironment => "environment that differs by direction: paths ask the shader",
+            EnvironmentSampling => "environment sampled directly, by a map of its radiance",
+            Roulette => "Russian roulette",
+            Instances => "meshes that are placed more than once: a second level of the tree",
+            Normals => "interpolated shading normals",
+            Uvs => "texture coordinates",
+            Tangents => "dPdu and dPdv",
+            SurfaceArea => "surfacearea()",
+            ObjectSpace => "object and shader space",
+            CameraSpace => "camera space",
+            RayType => "raytype()",
+            Holdout => "holdout: an alpha channel",
+            DoublePrecision => "64-bit arithmetic",
+            _ => "a lobe of the BSDFs",
+        }
+    }
+
+    /// The effect of a lobe, by its name in artifacts.
+    pub fn of_lobe(name: &str) -> Option<Effect> {
+        Effect::ALL.into_iter().find(|e| e.name().strip_prefix("lobe_") == Some(name))
+    }
+}
+
+/// Whether an effect is on, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Decision {
+    /// Which.
+    pub effect: Effect,
+    /// Who asked for it: materials, meshes, settings. Empty: off.
+    pub asked_by: Vec<String>,
+}
+
+impl Decision {
+    /// Whether it is on.
+    pub fn is_on(&self) -> bool {
+        !self.asked_by.is_empty()
+    }
+}
+
+/// Decides every effect. `materials` has one element per material of the scene, `None` for those that nothing uses.
+pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool) -> Vec<Decision> {
+    let mut asked: Vec<Vec<String>> = vec![Vec::new(); Effect::ALL.len()];
+    let mut ask = |effect: Effect, who: String| {
+        let list = &mut asked[effect as usize];
+        if !list.contains(&who) {
+            list.push(who);
+        }
+    };
+    surfaces(scene, materials, &mut ask);
+    environment(scene, materials, &mut ask);
+    if scene.camera.lens_radius > 0.0 {
+        ask(ThinLens, format!("camera: lens_radius = {}", scene.camera.lens_radius));
+    }
+    if let Some(bounce) = scene.integrator.roulette_from {
+        ask(Roulette, format!("integrator: roulette = {bounce}"));
+    }
+    if double {
+        ask(DoublePrecision, "precision: reference".into());
+    }
+    Effect::ALL.into_iter().zip(asked).map(|(effect, asked_by)| Decision { effect, asked_by }).collect()
+}
+
+fn who(scene: &Scene, index: usize) -> String {
+    format!("material `{}`", scene.materials[index].name)
+}
+
+fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, String)) {
+    let mut used = vec![false; materials.len()];
+    for instance in &scene.instances {
+        used[instance.material.0 as usize] = true;
+        let mesh = &scene.meshes[instance.mesh.0 as usize];
+        if !mesh.normals.is_empty() {
+            ask(Normals, format!("mesh `{}`", mesh.name));
+        }
+    }
+    if !scene.instances.is_empty() {
+        ask(Surfaces, format!("{} placed meshes", scene.instances.len()));
+    }
+    if accel::shares_meshes(scene) {
+        ask(Instances, "meshes that are placed more than once".into());
+    }
+    let mut wants_uv = false;
+    for (index, material) in materials.iter().enumerate() {
+        let Some(code) = material.as_ref().filter(|_| used[index]) else { continue };
+        let artifact = code;
+        let who = who(scene, index);
+        for lobe in &artifact.lobes {
+            if let Some(effect) = Effect::of_lobe(lobe) {
+                ask(effect, who.clone());
+            }
+        }
+        match artifact.emission {
+            Radiance::None => {}
+            Radiance::Constant(_) => ask(Lights, who.clone()),
+            Radiance::Varying => {
+                ask(Lights, who.clone());
+                ask(VaryingLights, who.clone());
+            }
+        }
+        let state = &artifact.state;
+        let asks = [
+            (state.surface_area, SurfaceArea),
+            (state.object_space, ObjectSpace),
+            (state.camera_space, CameraSpace),
+            (state.raytype, RayType),
+            (artifact.has_holdout, Holdout),
+        ];
+        for (_, effect) in asks.into_iter().filter(|(asked, _)| *asked) {
+            ask(effect, who.clone());
+        }
+        for global in &artifact.globals {
+            match *global {
+                "dPdu" | "dPdv" => {
+                    ask(Tangents, format!("{who}: {global}"));
+                    wants_uv = true;
+                }
+                "u" | "v" => wants_uv = true,
+                _ => {}
+            }
+        }
+    }
+    if wants_uv {
+        for instance in &scene.instances {
+            let mesh = &scene.meshes[instance.mesh.0 as usize];
+            if !mesh.uvs.is_empty() {
+                ask(Uvs, format!("mesh `{}`", mesh.name));
+            }
+        }
+    }
+}
+
+fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, String)) {
+    let Some(id) = scene.environment else { return };
+    let Some(code) = &materials[id.0 as usize] else { return };
+    let who = who(scene, id.0 as usize);
+    match code.background {
+        Radiance::None => {}
+        // Without surfaces nothing is gained by a second way to the same picture.
+        Radiance::Constant(_) if !scene.instances.is_empty() => ask(Environment, who),
+        Radiance::Constant(_) | Radiance::Varying => {
+            if code.state.camera_space {
+                ask(CameraSpace, who.clone());
+            }
+            ask(Environment, who.clone());
+            ask(VaryingEnvironment, who.clone());
+            if !scene.instances.is_empty() {
+                ask(EnvironmentSampling, who);
+            }
+        }
+    }
+}

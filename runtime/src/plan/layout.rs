@@ -1,0 +1,359 @@
+//! Where everything lies: planes of path state, buffers, queues, settings, constants, counters. One table each, from which
+//! both the kernels' layout.h and the host's bindings come.
+//!
+//! In: the effects that are on. Out: [`Layout`]. It must not know devices.
+
+use super::effects::Effect::{self, *};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+/// A field of path state: planes of one number per slot.
+struct Field {
+    name: &'static str,
+    planes: u32,
+    /// Any of these calls for it; none: always there.
+    needs: &'static [Effect],
+}
+
+const fn field(name: &'static str, planes: u32, needs: &'static [Effect]) -> Field {
+    Field { name, planes, needs }
+}
+
+const DIRECT: &[Effect] = &[Lights, EnvironmentSampling];
+const FACETS: &[Effect] = &[LobeWard, LobeMicrofacet, LobeConductor];
+
+/// Fields of reals.
+const REALS: &[Field] = &[
+    field("ray_o", 3, &[]),
+    field("ray_d", 3, &[]),
+    field("beta", 3, &[]),
+    field("radiance", 3, &[]),
+    field("pdf", 1, DIRECT),
+    field("hole", 1, &[Holdout]),
+    field("hit_u", 1, &[Surfaces]),
+    field("hit_v", 1, &[Surfaces]),
+    field("hit_t", 1, &[Lights]),
+    field("point", 3, &[Surfaces]),
+    field("offset", 3, &[Surfaces]),
+    field("lobe_N", 3, &[Surfaces]),
+    field("lobe_T", 3, FACETS),
+    field("lobe_ax", 1, &[LobeWard, LobeMicrofacet, LobeConductor, LobePhong, LobeOrenNayar]),
+    field("lobe_ay", 1, FACETS),
+    field("lobe_eta", 1, &[LobeMicrofacet, LobeReflection, LobeRefraction]),
+    field("lobe_c0", 3, &[LobeConductor]),
+    field("lobe_c1", 3, &[LobeConductor]),
+    field("shadow_o", 3, DIRECT),
+    field("shadow_d", 3, DIRECT),
+    field("shadow_t", 1, DIRECT),
+    field("shadow_L", 3, DIRECT),
+    field("light_u", 1, &[VaryingLights]),
+    field("light_v", 1, &[VaryingLights]),
+];
+
+/// Fields of unsigned ints.
+const UINTS: &[Field] = &[
+    field("sample", 1, &[]),
+    field("depth", 1, &[]),
+    field("hit_triangle", 1, &[Surfaces]),
+    field("hit_instance", 1, &[Instances]),
+    field("lobe", 1, &[Surfaces]),
+    field("raytype", 1, &[RayType]),
+    field("light", 1, &[VaryingLights, EnvironmentSampling]),
+];
+
+/// A buffer that all stages see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs)] // The names are those of the kernels, which say what each holds.
+pub enum BufferId {
+    Path,
+    PathUint,
+    Queues,
+    Counters,
+    Settings,
+    Constants,
+    Film,
+    Nodes,
+    Triangles,
+    TriangleIds,
+    Corners,
+    Shapes,
+    Normals,
+    Uvs,
+    Areas,
+    ObjectSpaces,
+    Instances,
+    InstanceRoots,
+    Lights,
+    LightWords,
+    EnvironmentCells,
+    EnvironmentAlias,
+}
+
+/// Id, name in the kernels, C type, and which effects call for it (none: always).
+type BufferRow = (BufferId, &'static str, &'static str, &'static [Effect]);
+
+const BUFFERS: &[BufferRow] = &[
+    (BufferId::Path, "path", "__global real *", &[]),
+    (BufferId::PathUint, "path_uint", "__global uint *", &[]),
+    (BufferId::Queues, "queues", "__global uint *", &[]),
+    (BufferId::Counters, "counters", "volatile __global uint *", &[]),
+    (BufferId::Settings, "settings", "__global const uint *", &[]),
+    (BufferId::Constants, "constants", "__global const real *", &[]),
+    (BufferId::Film, "film", "__global real *", &[]),
+    (BufferId::Nodes, "nodes", "__global const float4 *", &[Surfaces]),
+    (BufferId::Triangles, "triangles", "__global const real *", &[Surfaces]),
+    (BufferId::TriangleIds, "triangle_ids", "__global const uint *", &[Surfaces]),
+    (BufferId::Corners, "corners", "__global const uint *", &[Surfaces]),
+    (BufferId::Shapes, "shapes", "__global const uint *", &[Surfaces]),
+    (BufferId::Normals, "normals", "__global const float *", &[Normals]),
+    (BufferId::Uvs, "uvs", "__global const float *", &[Uvs]),
+    (BufferId::Areas, "areas", "__global const real *", &[SurfaceArea]),
+    (BufferId::ObjectSpaces, "object_spaces", "__global const real *", &[ObjectSpace]),
+    (BufferId::Instances, "instances", "__global const real *", &[Instances]),
+    (BufferId::InstanceRoots, "instance_roots", "__global const uint *", &[Instances]),
+    (BufferId::Lights, "lights", "__global const real *", &[Lights]),
+    (BufferId::LightWords, "light_words", "__global const uint *", &[Lights]),
+    (BufferId::EnvironmentCells, "environment_cells", "__global const real *", &[EnvironmentSampling]),
+    (BufferId::EnvironmentAlias, "environment_alias", "__global const uint *", &[EnvironmentSampling]),
+];
+
+/// A setting: an unsigned int that kernels read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // Named as in the kernels.
+pub enum Setting {
+    Width,
+    Height,
+    Seed,
+    MaxDepth,
+    RouletteFrom,
+    Lights,
+    Slots,
+    SlotsPerPixel,
+    PixelFirst,
+    SampleFirst,
+    SampleEnd,
+}
+
+impl Setting {
+    /// All, in the order of the buffer.
+    pub const ALL: [(Setting, &'static str); 11] = [
+        (Setting::Width, "width"),
+        (Setting::Height, "height"),
+        (Setting::Seed, "seed"),
+        (Setting::MaxDepth, "max_depth"),
+        (Setting::RouletteFrom, "roulette_from"),
+        (Setting::Lights, "lights"),
+        (Setting::Slots, "slots"),
+        (Setting::SlotsPerPixel, "slots_per_pixel"),
+        (Setting::PixelFirst, "pixel_first"),
+        (Setting::SampleFirst, "sample_first"),
+        (Setting::SampleEnd, "sample_end"),
+    ];
+}
+
+/// A constant of the scene, in reals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // Named as in the kernels.
+pub enum Constant {
+    CameraPosition,
+    CameraForward,
+    CameraRight,
+    CameraUp,
+    LensRight,
+    LensUp,
+    LensRadius,
+    FocusDistance,
+    Environment,
+    CameraSpace,
+}
+
+impl Constant {
+    /// All, in the order of the buffer, with their number of reals.
+    pub const ALL: [(Constant, &'static str, u32); 10] = [
+        (Constant::CameraPosition, "camera_position", 3),
+        (Constant::CameraForward, "camera_forward", 3),
+        (Constant::CameraRight, "camera_right", 3),
+        (Constant::CameraUp, "camera_up", 3),
+        (Constant::LensRight, "lens_right", 3),
+        (Constant::LensUp, "lens_up", 3),
+        (Constant::LensRadius, "lens_radius", 1),
+        (Constant::FocusDistance, "focus_distance", 1),
+        (Constant::Environment, "environment", 3),
+        (Constant::CameraSpace, "camera_space", 32),
+    ];
+
+    /// Index of its first real.
+    pub fn offset(self) -> usize {
+        Constant::ALL.iter().take_while(|(c, ..)| *c != self).map(|(.., n)| *n as usize).sum()
+    }
+
+    /// Reals of all together.
+    pub fn total() -> usize {
+        Constant::ALL.iter().map(|(.., n)| *n as usize).sum()
+    }
+}
+
+/// Counters behind the queues' lengths; 64-bit ones take two words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // Named as in the kernels.
+pub enum Counter {
+    Rays,
+    ShadowRays,
+    Samples,
+    Dropped,
+    Repaired,
+}
+
+const COUNTERS: [(Counter, &str, u32); 5] = [
+    (Counter::Rays, "rays", 2),
+    (Counter::ShadowRays, "shadow_rays", 2),
+    (Counter::Samples, "samples", 2),
+    (Counter::Dropped, "dropped", 1),
+    (Counter::Repaired, "repaired", 1),
+];
+
+/// Everything's place.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    on: BTreeSet<Effect>,
+    queues: Vec<&'static str>,
+    materials: u32,
+    shaded_lights: u32,
+}
+
+/// Queues that are emptied between `trace` and `sample_next`.
+const EARLY: [&str; 2] = ["trace", "gen"];
+
+impl Layout {
+    /// `materials`: queues of materials. `shaded_lights`: queues of lights whose shader has to be asked.
+    pub(super) fn new(on: BTreeSet<Effect>, materials: u32, shaded_lights: u32) -> Layout {
+        let mut queues = EARLY.to_vec();
+        queues.push("done");
+        if on.contains(&Surfaces) {
+            queues.push("scatter");
+        }
+        if on.contains(&Lights) || on.contains(&EnvironmentSampling) {
+            queues.push("shadow");
+        }
+        if on.contains(&VaryingEnvironment) {
+            queues.push("environment");
+        }
+        if on.contains(&EnvironmentSampling) {
+            queues.push("environment_light");
+        }
+        Layout { on, queues, materials, shaded_lights }
+    }
+
+    fn has(&self, needs: &[Effect]) -> bool {
+        needs.is_empty() || needs.iter().any(|e| self.on.contains(e))
+    }
+
+    fn planes(&self, fields: &[Field]) -> u32 {
+        fields.iter().filter(|f| self.has(f.needs)).map(|f| f.planes).sum()
+    }
+
+    /// Planes of reals.
+    pub fn real_planes(&self) -> u32 {
+        self.planes(REALS)
+    }
+
+    /// Planes of unsigned ints.
+    pub fn uint_planes(&self) -> u32 {
+        self.planes(UINTS)
+    }
+
+    /// Number of queues.
+    pub fn queue_count(&self) -> u32 {
+        self.queues.len() as u32 + self.materials + self.shaded_lights
+    }
+
+    /// The queue of the k-th light shader.
+    pub fn light_queue(&self, k: u32) -> u32 {
+        self.queues.len() as u32 + self.materials + k
+    }
+
+    /// The queue with this name in the kernels, without `QUEUE_`.
+    pub fn queue(&self, name: &str) -> Option<u32> {
+        self.queues.iter().position(|q| *q == name).map(|i| i as u32)
+    }
+
+    /// Index of a counter in the counters' buffer.
+    pub fn counter(&self, counter: Counter) -> usize {
+        let before: u32 = COUNTERS.iter().take_while(|(c, ..)| *c != counter).map(|(.., n)| n).sum();
+        (self.queue_count() + before) as usize
+    }
+
+    /// Words of the counters' buffer.
+    pub fn counter_words(&self) -> usize {
+        self.queue_count() as usize + COUNTERS.iter().map(|(.., n)| *n as usize).sum::<usize>()
+    }
+
+    /// Bytes that a path in flight takes: its state and its places in the queues.
+    pub fn bytes_per_path(&self, real_bytes: u64) -> u64 {
+        u64::from(self.real_planes()) * real_bytes + 4 * u64::from(self.uint_planes() + self.queue_count())
+    }
+
+    /// Bytes of path state that an effect alone adds.
+    pub fn bytes_of(&self, effect: Effect, real_bytes: u64) -> u64 {
+        let mut without = self.on.clone();
+        without.remove(&effect);
+        let other = Layout { on: without, ..self.clone() };
+        u64::from(self.real_planes() - other.real_planes()) * real_bytes
+            + 4 * u64::from(self.uint_planes() - other.uint_planes())
+    }
+
+    /// Channels of the film.
+    pub fn film_channels(&self) -> u32 {
+        if self.on.contains(&Holdout) { 4 } else { 3 }
+    }
+
+    /// The buffers that exist, in the order of the kernels' arguments.
+    pub fn buffers(&self) -> impl Iterator<Item = (BufferId, &'static str)> {
+        BUFFERS.iter().filter(|(.., needs)| self.has(needs)).map(|(id, name, ..)| (*id, *name))
+    }
+
+    /// The kernels' layout.h. `paths` is the number of slots.
+    pub fn header(&self, paths: u32) -> String {
+        let mut out =
+            String::from("// Written by the plan of this scene.\n#ifndef OSLCL_LAYOUT_H\n#define OSLCL_LAYOUT_H\n\n");
+        let _ = writeln!(out, "#define PATHS {paths}u\n#define FILM_CHANNELS {}u", self.film_channels());
+        for (prefix, fields) in [("PATH", REALS), ("PATHU", UINTS)] {
+            let mut plane = 0;
+            for f in fields.iter().filter(|f| self.has(f.needs)) {
+                let _ = writeln!(out, "#define {prefix}_{} {plane}u", f.name);
+                plane += f.planes;
+            }
+        }
+        for (i, name) in self.queues.iter().enumerate() {
+            let _ = writeln!(out, "#define QUEUE_{name} {i}");
+        }
+        let _ = writeln!(out, "#define QUEUE_FIRST_LATE {}u", EARLY.len());
+        let _ = writeln!(out, "#define QUEUE_MATERIALS {}", self.queues.len());
+        let _ = writeln!(out, "#define QUEUE_COUNT {}u", self.queue_count());
+        for (counter, name, _) in COUNTERS {
+            let _ = writeln!(out, "#define COUNTER_{name} {}u", self.counter(counter));
+        }
+        for (i, (_, name)) in Setting::ALL.iter().enumerate() {
+            let _ = writeln!(out, "#define SETTING_{name} {i}u");
+        }
+        for (constant, name, _) in Constant::ALL {
+            let _ = writeln!(out, "#define CONSTANT_{name} {}u", constant.offset());
+        }
+        self.arguments(&mut out);
+        out.push_str("#endif\n");
+        out
+    }
+
+    fn arguments(&self, out: &mut String) {
+        let rows = || BUFFERS.iter().filter(|(.., needs)| self.has(needs));
+        let list = |f: &dyn Fn(&BufferRow) -> String| rows().map(f).collect::<Vec<_>>().join(", ");
+        out.push_str("\ntypedef struct {\n");
+        for (_, name, ty, _) in rows() {
+            let _ = writeln!(out, "    {ty}{name};");
+        }
+        out.push_str("} Context;\n");
+        let _ = writeln!(out, "#define STAGE_ARGS {}, uint launch", list(&|(_, name, ty, _)| format!("{ty}{name}")));
+        let _ =
+            writeln!(out, "#define STAGE_CONTEXT(c) Context c = {{{}}}\n", list(&|(_, name, ..)| (*name).to_owned()));
+    }
+}

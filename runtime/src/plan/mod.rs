@@ -1,0 +1,113 @@
+//! Decides what is simulated, before anything is built: effects, stages, buffers, macros.
+//!
+//! In: a scene and the artifacts of its materials. Out: [`Plan`], which the wavefront carries out and `oslcl plan` prints.
+//! Pure: it must not know devices, and can be tested without one.
+
+mod effects;
+mod layout;
+mod stages;
+
+pub use effects::{Decision, Effect};
+pub use layout::{BufferId, Constant, Counter, Layout, Setting};
+pub use stages::{ENVIRONMENT_MAP_SIZE, ProgramPlan, Stage};
+
+use crate::accel::{Emission, MaterialUse};
+use crate::precision::Precision;
+use crate::scene::{MaterialId, Scene};
+use oslcl_compiler::{Artifact, Radiance};
+use std::collections::BTreeSet;
+
+/// What a scene needs.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Every effect, on or off.
+    pub decisions: Vec<Decision>,
+    /// Where everything lies.
+    pub layout: Layout,
+    /// Arithmetic.
+    pub precision: Precision,
+    /// The programs to build.
+    pub programs: Vec<ProgramPlan>,
+    /// What geometry has to know of each material of the scene.
+    pub materials: Vec<MaterialUse>,
+    /// Radiance of an environment that is the same in all directions.
+    pub constant_environment: [f64; 3],
+    /// Materials on surfaces, in the order of their queues.
+    pub surface_materials: Vec<MaterialId>,
+}
+
+impl Plan {
+    /// Plans a scene. `materials`: one element per material of the scene, `None` where nothing uses it.
+    pub fn new(scene: &Scene, materials: &[Option<Artifact>], precision: Precision) -> Plan {
+        let decisions = effects::decide(scene, materials, precision.is_double());
+        let on: BTreeSet<Effect> = decisions.iter().filter(|d| d.is_on()).map(|d| d.effect).collect();
+        let surface_materials = surface_materials(scene);
+        let varying: Vec<MaterialId> =
+            surface_materials.iter().copied().filter(|m| emission_of(materials, *m) == Radiance::Varying).collect();
+        let layout = Layout::new(on, surface_materials.len() as u32, varying.len() as u32);
+        let uses = (0..materials.len() as u32)
+            .map(MaterialId)
+            .map(|m| MaterialUse {
+                emission: match emission_of(materials, m) {
+                    Radiance::None => Emission::None,
+                    Radiance::Constant(rgb) => Emission::Constant(rgb),
+                    Radiance::Varying => Emission::Varying { queue: layout.light_queue(place(&varying, m)) },
+                },
+                queue: place(&surface_materials, m),
+            })
+            .collect();
+        let constant_environment = match scene.environment.and_then(|m| materials[m.0 as usize].as_ref()) {
+            Some(code) => match code.background {
+                Radiance::Constant(rgb) => rgb,
+                _ => [0.0; 3],
+            },
+            None => [0.0; 3],
+        };
+        let mut plan = Plan {
+            decisions,
+            layout,
+            precision,
+            programs: Vec::new(),
+            materials: uses,
+            constant_environment,
+            surface_materials,
+        };
+        plan.programs = stages::programs(&plan, scene, materials);
+        plan
+    }
+
+    /// Whether an effect is on.
+    pub fn has(&self, effect: Effect) -> bool {
+        self.decisions.iter().any(|d| d.effect == effect && d.is_on())
+    }
+
+    /// The macros that every program has: `HAS_` and the name of each effect that is on.
+    pub fn macros(&self) -> Vec<String> {
+        let on = self.decisions.iter().filter(|d| d.is_on());
+        let mut out: Vec<String> = on.map(|d| d.effect.macro_name()).collect();
+        if self.has(Effect::VaryingLights) || self.has(Effect::EnvironmentSampling) {
+            out.push("HAS_SHADED_LIGHTS".to_owned());
+        }
+        if self.has(Effect::EnvironmentSampling) {
+            let (width, height) = ENVIRONMENT_MAP_SIZE;
+            out.push(format!("ENVIRONMENT_WIDTH {width}u"));
+            out.push(format!("ENVIRONMENT_HEIGHT {height}u"));
+        }
+        out
+    }
+}
+
+/// Where a material stands in a list; 0 for one that no surface has.
+fn place(list: &[MaterialId], material: MaterialId) -> u32 {
+    list.iter().position(|m| *m == material).unwrap_or(0) as u32
+}
+
+fn emission_of(materials: &[Option<Artifact>], material: MaterialId) -> Radiance {
+    materials[material.0 as usize].as_ref().map_or(Radiance::None, |code| code.emission)
+}
+
+/// Materials that some surface has, each once.
+fn surface_materials(scene: &Scene) -> Vec<MaterialId> {
+    let used: BTreeSet<u32> = scene.instances.iter().map(|i| i.material.0).collect();
+    used.into_iter().map(MaterialId).collect()
+}

@@ -1,0 +1,133 @@
+//! The stages of the wavefront, and the programs that hold them.
+//!
+//! In: the effects that are on. Out: which programs to build, from which texts, with which kernels.
+
+use super::{Effect, Plan};
+use crate::scene::{MaterialId, Scene};
+use oslcl_compiler::{Artifact, Radiance};
+
+/// Cells of the map that an environment is sampled by: across (azimuth) and down (z).
+pub const ENVIRONMENT_MAP_SIZE: (u32, u32) = (512, 256);
+
+/// A stage: one kernel, one file in kernels/stages/ with its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs)] // The kernel's file says what each does.
+pub enum Stage {
+    RayGen,
+    Trace,
+    SelectBsdf,
+    Environment,
+    SampleLight,
+    TraceShadow,
+    ShadeLight,
+    EnvironmentLight,
+    SampleNext,
+    Accumulate,
+    Resolve,
+    LightPower,
+    EnvironmentMap,
+}
+
+impl Stage {
+    /// Name of the kernel, of its file, and in profiles.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::RayGen => "ray_gen",
+            Stage::Trace => "trace",
+            Stage::SelectBsdf => "select_bsdf",
+            Stage::Environment => "environment",
+            Stage::SampleLight => "sample_light",
+            Stage::TraceShadow => "trace_shadow",
+            Stage::ShadeLight => "shade_light",
+            Stage::EnvironmentLight => "environment_light",
+            Stage::SampleNext => "sample_next",
+            Stage::Accumulate => "accumulate",
+            Stage::Resolve => "resolve",
+            Stage::LightPower => "light_power",
+            Stage::EnvironmentMap => "environment_map",
+        }
+    }
+}
+
+/// A program to build.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProgramPlan {
+    /// Whose code it holds; `None` for the renderer's own stages.
+    pub material: Option<MaterialId>,
+    /// Name for messages.
+    pub label: String,
+    /// Kernels.
+    pub stages: Vec<Stage>,
+    /// Macros: names, or names and values.
+    pub macros: Vec<String>,
+    /// Generated code in front of the stages; empty for the renderer's own.
+    pub code: String,
+}
+
+/// Every program of a plan: one per stage, one per material.
+pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>]) -> Vec<ProgramPlan> {
+    let mut stages = vec![Stage::RayGen, Stage::Accumulate, Stage::Resolve];
+    if plan.has(Effect::Surfaces) {
+        stages.extend([Stage::Trace, Stage::SampleNext]);
+        if plan.has(Effect::Lights) || plan.has(Effect::EnvironmentSampling) {
+            stages.extend([Stage::SampleLight, Stage::TraceShadow]);
+        }
+    } else {
+        stages.push(Stage::Trace);
+    }
+    let mut out: Vec<ProgramPlan> = stages
+        .into_iter()
+        .map(|stage| ProgramPlan {
+            material: None,
+            label: stage.name().to_owned(),
+            stages: vec![stage],
+            macros: plan.macros(),
+            code: String::new(),
+        })
+        .collect();
+    for &id in &plan.surface_materials {
+        let Some(code) = &materials[id.0 as usize] else { continue };
+        let mut stages = vec![Stage::SelectBsdf];
+        let mut macros = of_artifact(plan, code);
+        if code.emission != Radiance::None {
+            macros.push("MATERIAL_EMITS".to_owned());
+        }
+        if code.emission == Radiance::Varying {
+            stages.extend([Stage::ShadeLight, Stage::LightPower]);
+        }
+        out.push(of_material(scene, id, code, stages, macros));
+    }
+    if let (true, Some(id)) = (plan.has(Effect::VaryingEnvironment), scene.environment)
+        && let Some(code) = &materials[id.0 as usize]
+    {
+        let mut stages = vec![Stage::Environment];
+        if plan.has(Effect::EnvironmentSampling) {
+            stages.extend([Stage::EnvironmentLight, Stage::EnvironmentMap]);
+        }
+        out.push(of_material(scene, id, code, stages, of_artifact(plan, code)));
+    }
+    out
+}
+
+/// The plan's macros, but of the lobes only those that this material has.
+fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
+    let lobes = code.lobes.iter().filter_map(|l| Effect::of_lobe(l)).map(Effect::macro_name);
+    plan.macros().into_iter().filter(|m| !m.starts_with("HAS_LOBE_")).chain(lobes).collect()
+}
+
+fn of_material(
+    scene: &Scene,
+    id: MaterialId,
+    code: &Artifact,
+    stages: Vec<Stage>,
+    mut macros: Vec<String>,
+) -> ProgramPlan {
+    macros.push(format!("MATERIAL_ENTRY {}", code.entry));
+    ProgramPlan {
+        material: Some(id),
+        label: format!("material `{}`", scene.materials[id.0 as usize].name),
+        stages,
+        macros,
+        code: code.code.clone(),
+    }
+}

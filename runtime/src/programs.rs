@@ -1,0 +1,95 @@
+//! Builds the programs of a plan for a device, several at a time.
+//!
+//! In: the plan. Out: a kernel per stage and material. It must not know scenes or buffers.
+
+use crate::assemble::{self, assemble_with};
+use crate::device::{self, Device, Kernel, Program};
+use crate::plan::{Plan, ProgramPlan, Stage};
+use crate::scene::MaterialId;
+use std::collections::HashMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Why there is no program.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The device refuses.
+    #[error(transparent)]
+    Device(#[from] device::Error),
+    /// A text includes what is not there.
+    #[error(transparent)]
+    Assemble(#[from] assemble::Error),
+}
+
+/// Built kernels, by stage and, for generated ones, material.
+pub struct Kernels {
+    all: HashMap<(Stage, Option<MaterialId>), Kernel>,
+}
+
+impl Kernels {
+    /// The kernel of a stage; `None` when the plan does without it.
+    pub fn get(&self, stage: Stage, material: Option<MaterialId>) -> Option<&Kernel> {
+        self.all.get(&(stage, material))
+    }
+}
+
+/// The whole text of a program.
+pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32, macros: &[&str]) -> Result<String, assemble::Error> {
+    let mut text = String::new();
+    for macro_text in program.macros.iter().map(String::as_str).chain(macros.iter().copied()) {
+        text.push_str(&format!("#define {macro_text}\n"));
+    }
+    text.push_str(&program.code);
+    for stage in &program.stages {
+        text.push_str(&format!("#include \"stages/{}.cl\"\n", stage.name()));
+    }
+    assemble_with(&program.label.replace(['`', ' '], "_"), &text, &[("layout.h", &plan.layout.header(paths))])
+}
+
+/// Builds all programs on as many threads as the host has cores. `macros` are those of the device.
+pub fn build(device: &Device, plan: &Plan, paths: u32, macros: &[&str]) -> Result<Kernels, Error> {
+    let _span = tracing::info_span!("programs").entered();
+    let next = AtomicUsize::new(0);
+    let all = Mutex::new(HashMap::new());
+    let failure = Mutex::new(None);
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(plan.programs.len().max(1));
+    let work = || {
+        while let Some(program) = plan.programs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            match build_one(device, plan, program, paths, macros) {
+                Ok(kernels) => all.lock().unwrap_or_else(|e| e.into_inner()).extend(kernels),
+                Err(e) => {
+                    failure.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(e);
+                    next.store(plan.programs.len(), Ordering::Relaxed);
+                }
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(work);
+        }
+    });
+    match failure.into_inner().unwrap_or_else(|e| e.into_inner()) {
+        Some(e) => Err(e),
+        None => Ok(Kernels { all: all.into_inner().unwrap_or_else(|e| e.into_inner()) }),
+    }
+}
+
+type Named = ((Stage, Option<MaterialId>), Kernel);
+
+fn build_one(
+    device: &Device,
+    plan: &Plan,
+    program: &ProgramPlan,
+    paths: u32,
+    macros: &[&str],
+) -> Result<Vec<Named>, Error> {
+    let _span = tracing::debug_span!("build", program = program.label).entered();
+    let text = source(plan, program, paths, macros)?;
+    let built = Program::build(device, &program.label, &text, plan.precision.build_options())?;
+    let mut out = Vec::new();
+    for &stage in &program.stages {
+        out.push(((stage, program.material), built.kernel(device, stage.name())?));
+    }
+    Ok(out)
+}

@@ -1,0 +1,218 @@
+//! Renders a scene: the one call that puts the parts together.
+//!
+//! In: a scene, a device, settings. Out: a picture and a summary. It must not know the command line or picture files.
+
+use crate::device::Device;
+use crate::materials::{self, Compiled};
+use crate::plan::Plan;
+use crate::precision::Precision;
+use crate::scene::Scene;
+use crate::wavefront::{self, Counts, Spread, Wavefront};
+use crate::{accel, device, programs};
+use std::time::{Duration, Instant};
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A material does not compile.
+    #[error(transparent)]
+    Material(#[from] materials::Error),
+    /// The geometry can't be built.
+    #[error(transparent)]
+    Geometry(#[from] accel::Error),
+    /// The device refuses.
+    #[error(transparent)]
+    Device(#[from] device::Error),
+    /// A program does not build.
+    #[error(transparent)]
+    Program(#[from] programs::Error),
+    /// Nothing to render.
+    #[error("the scene has neither surfaces nor an environment: there is nothing to see")]
+    Empty,
+    /// A picture too large for its pixels to be numbered.
+    #[error("a picture of {width} x {height} pixels is too large: at most 2^30 pixels are possible")]
+    TooLarge {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+    },
+}
+
+/// Settings that are not the scene's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Arithmetic.
+    pub precision: Precision,
+    /// Stop after this long with the samples that are done, all pixels alike; at least one sample is taken.
+    pub time_limit: Option<Duration>,
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Counts so far.
+    pub counts: Counts,
+    /// Paths in all: pixels times samples.
+    pub total: u64,
+    /// Since the first ray.
+    pub elapsed: Duration,
+}
+
+/// What a render was.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// Name of the device.
+    pub device: String,
+    /// Samples per pixel taken.
+    pub samples: u32,
+    /// Compiling materials.
+    pub compile_time: Duration,
+    /// Building programs.
+    pub build_time: Duration,
+    /// Building and uploading geometry.
+    pub geometry_time: Duration,
+    /// Tracing.
+    pub render_time: Duration,
+    /// Rays and samples.
+    pub counts: Counts,
+    /// The plan that was carried out.
+    pub plan: Plan,
+    /// Bytes of state that each path in flight has.
+    pub bytes_per_path: u64,
+    /// Warnings of the materials.
+    pub warnings: Vec<String>,
+}
+
+/// A picture: radiance, linear Rec. 709, W / (m^2 sr) per channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// 3, or 4 when the scene cuts holes into alpha.
+    pub channels: u32,
+    /// Rows from the top, channels interleaved.
+    pub data: Vec<f64>,
+}
+
+/// Compiles a scene's materials and plans it: all that is decided before a device is needed.
+pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Error> {
+    let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+    if pixels > 1 << 30 {
+        return Err(Error::TooLarge { width: scene.film.width, height: scene.film.height });
+    }
+    if scene.instances.is_empty() && scene.environment.is_none() {
+        return Err(Error::Empty);
+    }
+    let compiled = materials::compile_all(scene)?;
+    let plan = Plan::new(scene, &compiled.artifacts, precision);
+    Ok((plan, compiled))
+}
+
+/// Renders a scene. `watch` hears of the progress a few times a second at most as often as work is checked.
+///
+/// ```no_run
+/// use oslcl_runtime::{device::Device, render, scene};
+///
+/// let scene = scene::load("scenes/gallery.toml".as_ref())?;
+/// let device = Device::open(None)?;
+/// let (picture, summary) = render::render(&scene, &device, &render::Options::default(), &mut |_| {})?;
+/// assert_eq!(picture.data.len() as u32, picture.width * picture.height * picture.channels);
+/// println!("{} rays in {:?}", summary.counts.rays, summary.render_time);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn render(
+    scene: &Scene,
+    device: &Device,
+    options: &Options,
+    watch: &mut dyn FnMut(&Progress),
+) -> Result<(Picture, Summary), Error> {
+    if options.precision.is_double() && !device.info.double {
+        return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
+    }
+    let start = Instant::now();
+    let (plan, compiled) = plan(scene, options.precision)?;
+    let compile_time = start.elapsed();
+
+    let start = Instant::now();
+    let mut geometry = accel::build(scene, &plan.materials)?;
+    let mut geometry_time = start.elapsed();
+
+    let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+    let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
+    let start = Instant::now();
+    let kernels = programs::build(device, &plan, spread.paths, wavefront::device_macros(device))?;
+    let build_time = start.elapsed();
+
+    let start = Instant::now();
+    let mut wavefront = Wavefront::new(device, &plan, &kernels, scene, &mut geometry, spread)?;
+    device.finish()?;
+    geometry_time += start.elapsed();
+
+    let start = Instant::now();
+    let wanted = scene.integrator.samples;
+    let mut report = |counts: &Counts| {
+        watch(&Progress { counts: *counts, total: pixels * u64::from(wanted), elapsed: start.elapsed() });
+        true
+    };
+    let mut done = 0;
+    while done < wanted {
+        let next = match options.time_limit {
+            None => wanted - done,
+            Some(limit) => next_pass(done, wanted, start.elapsed(), limit),
+        };
+        if next == 0 {
+            break;
+        }
+        wavefront.render(done, done + next, &mut report)?;
+        done += next;
+    }
+    let data = wavefront.resolve(done)?;
+    let render_time = start.elapsed();
+    let counts = wavefront.counts()?;
+    let bytes_per_path = plan.layout.bytes_per_path(options.precision.real_bytes());
+    let picture =
+        Picture { width: scene.film.width, height: scene.film.height, channels: plan.layout.film_channels(), data };
+    drop(wavefront);
+    let summary = Summary {
+        device: device.info.name.clone(),
+        samples: done,
+        compile_time,
+        build_time,
+        geometry_time,
+        render_time,
+        counts,
+        plan,
+        bytes_per_path,
+        warnings: compiled.warnings,
+    };
+    Ok((picture, summary))
+}
+
+/// Samples of the next pass under a time limit: as many as the speed so far lets hope for, at most as many again as are
+/// done, so that a wrong guess costs little. 0: the time is up.
+fn next_pass(done: u32, wanted: u32, elapsed: Duration, limit: Duration) -> u32 {
+    if done == 0 {
+        return 1;
+    }
+    let per_sample = elapsed.as_secs_f64() / f64::from(done);
+    let left = limit.saturating_sub(elapsed).as_secs_f64();
+    let fits = (left / per_sample.max(1e-9)) as u32;
+    fits.min(done).min(wanted - done)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_fit_the_time_limit() {
+        let second = Duration::from_secs(1);
+        assert_eq!(next_pass(0, 64, Duration::ZERO, second), 1);
+        assert_eq!(next_pass(4, 64, second / 10, second), 4);
+        assert_eq!(next_pass(8, 64, second * 9 / 10, second), 0);
+        assert_eq!(next_pass(60, 64, second / 10, second), 4);
+    }
+}

@@ -1,0 +1,412 @@
+//! The wavefront loop: uploads a scene, launches the stages until every sample is done.
+//!
+//! In: plan, geometry, kernels. Out: the picture's numbers and counts. It must not know files or shaders.
+//!
+//! A batch is as many pixels as there are slots for; each slot takes the samples of its pixel one after the other. Queue
+//! lengths stay on the device; the host reads them now and then to see whether a batch is done.
+
+use crate::accel::{AliasTable, Geometry};
+use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
+use crate::plan::{BufferId, Constant, Counter, ENVIRONMENT_MAP_SIZE, Effect, Plan, Setting, Stage};
+use crate::precision::Precision;
+use crate::programs::Kernels;
+use crate::scene::{MaterialId, Scene};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Work-items of a group; fixed, since some drivers compile a kernel anew for each.
+const GROUP: usize = 64;
+
+/// `launch` of ray_gen that starts a batch, and the bit that lets a launch empty queues (kernels/context.h).
+const START: u32 = 1;
+const CLEARS: u32 = 0x8000_0000;
+
+/// Paths in flight: enough to fill the device, few enough for a CPU's caches.
+const PATHS_CPU: u32 = 1 << 14;
+const PATHS_GPU: u32 = 1 << 20;
+
+/// Rounds of stages between two looks at the queues.
+const ROUNDS_CPU: u32 = 2;
+const ROUNDS_GPU: u32 = 8;
+
+/// Largest share of the device's memory that paths in flight take.
+const MEMORY_SHARE: u64 = 4;
+
+/// How a scene is spread over a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spread {
+    /// Slots for paths in flight.
+    pub paths: u32,
+    /// Slots that share a pixel.
+    pub slots_per_pixel: u32,
+}
+
+impl Spread {
+    /// The spread for a picture of this many pixels and samples.
+    pub fn new(device: &Device, plan: &Plan, pixels: u64, samples: u32) -> Spread {
+        let most = if device.info.kind == DeviceKind::Gpu { PATHS_GPU } else { PATHS_CPU };
+        let fits = device.info.memory / MEMORY_SHARE / plan.layout.bytes_per_path(plan.precision.real_bytes()).max(1);
+        let wanted = (pixels * u64::from(samples)).clamp(GROUP as u64, u64::from(most));
+        let paths = wanted.min(fits.max(GROUP as u64)).next_multiple_of(GROUP as u64) as u32;
+        let slots_per_pixel = (u64::from(paths) / pixels.max(1)).clamp(1, u64::from(samples)) as u32;
+        Spread { paths, slots_per_pixel }
+    }
+}
+
+/// The macros that kernels need to know of a device.
+pub fn device_macros(device: &Device) -> &'static [&'static str] {
+    if device.info.kind == DeviceKind::Gpu { &["OSLCL_LOCAL_COMPACTION"] } else { &[] }
+}
+
+/// What was counted on the way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Rays that looked for the nearest surface.
+    pub rays: u64,
+    /// Rays that looked whether a light is free.
+    pub shadow_rays: u64,
+    /// Paths finished.
+    pub samples: u64,
+    /// Slots that a full queue did not take; always 0.
+    pub dropped: u32,
+    /// Samples that were not finite and count as black.
+    pub repaired: u32,
+}
+
+/// A scene on a device, being rendered.
+pub struct Wavefront<'a> {
+    device: &'a Device,
+    plan: &'a Plan,
+    kernels: &'a Kernels,
+    spread: Spread,
+    pixels: u64,
+    buffers: HashMap<BufferId, Buffer>,
+    settings: [u32; Setting::ALL.len()],
+    environment: Option<MaterialId>,
+    varying_lights: Vec<MaterialId>,
+}
+
+impl<'a> Wavefront<'a> {
+    /// Uploads a scene and prepares its lights.
+    pub fn new(
+        device: &'a Device,
+        plan: &'a Plan,
+        kernels: &'a Kernels,
+        scene: &Scene,
+        geometry: &mut Geometry,
+        spread: Spread,
+    ) -> Result<Wavefront<'a>, Error> {
+        let _span = tracing::info_span!("upload").entered();
+        let mut wavefront = Wavefront {
+            device,
+            plan,
+            kernels,
+            spread,
+            pixels: u64::from(scene.film.width) * u64::from(scene.film.height),
+            buffers: HashMap::new(),
+            settings: settings(scene, geometry, spread),
+            environment: scene.environment,
+            varying_lights: geometry.lights.varying_materials(),
+        };
+        for (id, name) in plan.layout.buffers() {
+            let buffer = wavefront.make(id, name, scene, geometry)?;
+            wavefront.buffers.insert(id, buffer);
+        }
+        wavefront.weigh_lights(geometry)?;
+        wavefront.map_environment()?;
+        Ok(wavefront)
+    }
+
+    fn precision(&self) -> Precision {
+        self.plan.precision
+    }
+
+    fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry) -> Result<Buffer, Error> {
+        let device = self.device;
+        let paths = u64::from(self.spread.paths);
+        let real_bytes = self.precision().real_bytes();
+        let layout = &self.plan.layout;
+        let reals = |data: &[f64]| upload_reals(device, name, data, self.precision());
+        let cells = u64::from(ENVIRONMENT_MAP_SIZE.0) * u64::from(ENVIRONMENT_MAP_SIZE.1);
+        match id {
+            BufferId::Path => device.buffer(name, paths * u64::from(layout.real_planes()) * real_bytes),
+            BufferId::PathUint => device.buffer(name, paths * u64::from(layout.uint_planes()) * 4),
+            BufferId::Queues => device.buffer(name, paths * u64::from(layout.queue_count()) * 4),
+            BufferId::Counters => device.upload(name, &vec![0u32; layout.counter_words()]),
+            BufferId::Settings => device.upload(name, &self.settings),
+            BufferId::Constants => reals(&constants(scene, self.plan)),
+            BufferId::Film => {
+                let sums = self.pixels * u64::from(self.spread.slots_per_pixel) * u64::from(layout.film_channels());
+                let mut film = device.buffer(name, 2 * sums * real_bytes)?;
+                device.clear(&mut film)?;
+                Ok(film)
+            }
+            BufferId::Nodes => device.upload(name, &g.nodes),
+            BufferId::Triangles => reals(&g.triangles),
+            BufferId::TriangleIds => device.upload(name, &g.triangle_ids),
+            BufferId::Corners => device.upload(name, &g.corners),
+            BufferId::Shapes => device.upload(name, &g.shapes),
+            BufferId::Normals => device.upload(name, &g.normals),
+            BufferId::Uvs => device.upload(name, &g.uvs),
+            BufferId::Areas => reals(&g.areas),
+            BufferId::ObjectSpaces => reals(&g.object_spaces),
+            BufferId::Instances => reals(&g.instances),
+            BufferId::InstanceRoots => device.upload(name, &g.instance_roots),
+            BufferId::Lights => reals(&g.lights.reals),
+            BufferId::LightWords => device.upload(name, &g.lights.words),
+            BufferId::EnvironmentCells => device.buffer(name, 2 * cells * real_bytes),
+            BufferId::EnvironmentAlias => device.buffer(name, 4 * cells),
+        }
+    }
+
+    fn args<'b>(&'b self, launch: u32, more: Option<&'b Buffer>) -> Vec<Arg<'b>> {
+        let shared = self.plan.layout.buffers().filter_map(|(id, _)| self.buffers.get(&id)).map(Arg::Buffer);
+        shared.chain([Arg::U32(launch)]).chain(more.map(Arg::Buffer)).collect()
+    }
+
+    fn launch(&self, kernel: &Kernel, launch: u32, more: Option<&Buffer>, items: u64) -> Result<(), Error> {
+        let global = (items as usize).next_multiple_of(GROUP).max(GROUP);
+        kernel.launch(self.device, &self.args(launch, more), global, GROUP)
+    }
+
+    /// Lets the shaders of varying lights say how bright they are, so that the choice among lights knows it.
+    fn weigh_lights(&mut self, geometry: &mut Geometry) -> Result<(), Error> {
+        if self.varying_lights.is_empty() {
+            return Ok(());
+        }
+        let lights = &geometry.lights;
+        let mut radiance: Vec<f64> = lights.reals.chunks(14).map(|l| l[9..12].iter().sum::<f64>() / 3.0).collect();
+        let powers = upload_reals(self.device, "light powers", &radiance, self.precision())?;
+        for (k, material) in self.varying_lights.iter().enumerate() {
+            if let Some(kernel) = self.kernels.get(Stage::LightPower, Some(*material)) {
+                let queue = self.plan.layout.light_queue(k as u32);
+                self.launch(kernel, queue, Some(&powers), lights.len() as u64)?;
+            }
+        }
+        radiance = read_reals(self.device, &powers, lights.len(), self.precision())?;
+        geometry.lights.choose(&radiance);
+        self.buffers
+            .insert(BufferId::Lights, upload_reals(self.device, "lights", &geometry.lights.reals, self.precision())?);
+        self.buffers.insert(BufferId::LightWords, self.device.upload("light_words", &geometry.lights.words)?);
+        Ok(())
+    }
+
+    /// Asks the environment's shader for its radiance in all directions, to sample the bright ones.
+    fn map_environment(&mut self) -> Result<(), Error> {
+        let Some(kernel) = self.kernels.get(Stage::EnvironmentMap, self.environment) else { return Ok(()) };
+        let cells = ENVIRONMENT_MAP_SIZE.0 as usize * ENVIRONMENT_MAP_SIZE.1 as usize;
+        let map = self.device.buffer("environment map", 3 * cells as u64 * self.precision().real_bytes())?;
+        self.launch(kernel, 0, Some(&map), cells as u64)?;
+        let radiance = read_reals(self.device, &map, 3 * cells, self.precision())?;
+        let table = AliasTable::new(&environment_weights(&radiance));
+        let interleaved: Vec<f64> = table.probability.iter().zip(&table.share).flat_map(|(p, s)| [*p, *s]).collect();
+        let cells = upload_reals(self.device, "environment_cells", &interleaved, self.precision())?;
+        self.buffers.insert(BufferId::EnvironmentCells, cells);
+        self.buffers.insert(BufferId::EnvironmentAlias, self.device.upload("environment_alias", &table.alias)?);
+        Ok(())
+    }
+
+    /// Renders samples `first..end` of every pixel. `watch` hears how many paths are finished so far and may stop the work
+    /// by answering `false`; then the picture holds unequal numbers of samples and is of no use.
+    pub fn render(&mut self, first: u32, end: u32, watch: &mut dyn FnMut(&Counts) -> bool) -> Result<bool, Error> {
+        let per_batch = u64::from(self.spread.paths / self.spread.slots_per_pixel);
+        let mut pixel = 0;
+        while pixel < self.pixels {
+            let count = per_batch.min(self.pixels - pixel);
+            self.set(Setting::PixelFirst, pixel as u32);
+            self.set(Setting::Slots, (count * u64::from(self.spread.slots_per_pixel)) as u32);
+            self.set(Setting::SampleFirst, first);
+            self.set(Setting::SampleEnd, end);
+            self.write_settings()?;
+            if !self.batch(watch)? {
+                return Ok(false);
+            }
+            pixel += count;
+        }
+        Ok(true)
+    }
+
+    fn set(&mut self, setting: Setting, value: u32) {
+        self.settings[place(setting)] = value;
+    }
+
+    fn write_settings(&mut self) -> Result<(), Error> {
+        let settings = self.settings;
+        match self.buffers.get_mut(&BufferId::Settings) {
+            Some(buffer) => self.device.write(buffer, &settings),
+            None => Ok(()),
+        }
+    }
+
+    fn batch(&self, watch: &mut dyn FnMut(&Counts) -> bool) -> Result<bool, Error> {
+        let rounds = if self.device.info.kind == DeviceKind::Gpu { ROUNDS_GPU } else { ROUNDS_CPU };
+        let samples = self.settings[place(Setting::SampleEnd)] - self.settings[place(Setting::SampleFirst)];
+        let most = u64::from(samples) * u64::from(self.settings[place(Setting::MaxDepth)]) + u64::from(rounds);
+        self.stage(Stage::RayGen, None, START)?;
+        for _ in 0..=most.div_ceil(u64::from(rounds)) {
+            for _ in 0..rounds {
+                self.round()?;
+            }
+            let words = self.counters()?;
+            let trace = self.plan.layout.queue("trace").map_or(0, |q| words[q as usize]);
+            if !watch(&self.counts_of(&words)) {
+                return Ok(false);
+            }
+            if trace == 0 {
+                return Ok(true);
+            }
+        }
+        // Each round takes every path one edge further: only a driver that loses work gets here.
+        Err(self.device.lost("paths were left over when all should have ended"))
+    }
+
+    /// Every stage once.
+    fn round(&self) -> Result<(), Error> {
+        self.stage(Stage::Trace, None, 0)?;
+        let mut clears = CLEARS;
+        for (index, material) in self.plan.surface_materials.iter().enumerate() {
+            self.stage(Stage::SelectBsdf, Some(*material), index as u32 | clears)?;
+            clears = 0;
+        }
+        self.stage(Stage::Environment, self.environment, clears)?;
+        self.stage(Stage::SampleLight, None, 0)?;
+        self.stage(Stage::TraceShadow, None, 0)?;
+        for (k, material) in self.varying_lights.iter().enumerate() {
+            self.stage(Stage::ShadeLight, Some(*material), self.plan.layout.light_queue(k as u32))?;
+        }
+        self.stage(Stage::EnvironmentLight, self.environment, 0)?;
+        self.stage(Stage::SampleNext, None, 0)?;
+        self.stage(Stage::Accumulate, None, 0)?;
+        self.stage(Stage::RayGen, None, 0)
+    }
+
+    /// Launches a stage over all slots, if the plan has it.
+    fn stage(&self, stage: Stage, material: Option<MaterialId>, launch: u32) -> Result<(), Error> {
+        match self.kernels.get(stage, material) {
+            Some(kernel) => self.launch(kernel, launch, None, u64::from(self.spread.paths)),
+            None => Ok(()),
+        }
+    }
+
+    fn counters(&self) -> Result<Vec<u32>, Error> {
+        match self.buffers.get(&BufferId::Counters) {
+            Some(buffer) => self.device.read(buffer, self.plan.layout.counter_words()),
+            None => Ok(vec![0; self.plan.layout.counter_words()]),
+        }
+    }
+
+    fn counts_of(&self, words: &[u32]) -> Counts {
+        let word = |c: Counter| words[self.plan.layout.counter(c)];
+        let wide = |c: Counter| {
+            let at = self.plan.layout.counter(c);
+            u64::from(words[at]) | u64::from(words[at + 1]) << 32
+        };
+        Counts {
+            rays: wide(Counter::Rays),
+            shadow_rays: wide(Counter::ShadowRays),
+            samples: wide(Counter::Samples),
+            dropped: word(Counter::Dropped),
+            repaired: word(Counter::Repaired),
+        }
+    }
+
+    /// What was counted so far.
+    pub fn counts(&self) -> Result<Counts, Error> {
+        Ok(self.counts_of(&self.counters()?))
+    }
+
+    /// The picture, the mean of `samples` samples a pixel: rows from the top, channels interleaved.
+    pub fn resolve(&self, samples: u32) -> Result<Vec<f64>, Error> {
+        let numbers = self.pixels as usize * self.plan.layout.film_channels() as usize;
+        let picture = self.device.buffer("picture", numbers as u64 * self.precision().real_bytes())?;
+        if let Some(kernel) = self.kernels.get(Stage::Resolve, None) {
+            self.launch(kernel, samples, Some(&picture), self.pixels)?;
+        }
+        read_reals(self.device, &picture, numbers, self.precision())
+    }
+}
+
+fn upload_reals(device: &Device, name: &str, data: &[f64], precision: Precision) -> Result<Buffer, Error> {
+    if precision.is_double() {
+        device.upload(name, data)
+    } else {
+        let narrow: Vec<f32> = data.iter().map(|x| *x as f32).collect();
+        device.upload(name, &narrow)
+    }
+}
+
+fn read_reals(device: &Device, buffer: &Buffer, count: usize, precision: Precision) -> Result<Vec<f64>, Error> {
+    if precision.is_double() {
+        device.read(buffer, count)
+    } else {
+        Ok(device.read::<f32>(buffer, count)?.into_iter().map(f64::from).collect())
+    }
+}
+
+/// Where a setting stands in the buffer; the table has them all.
+fn place(setting: Setting) -> usize {
+    Setting::ALL.iter().take_while(|(s, _)| *s != setting).count()
+}
+
+/// Weights of the map's cells from their radiance. Each gets a part of its neighbours' as well: where the edge of something
+/// bright runs through a cell that the map's few points call dark, paths would find it too rarely and too brightly.
+fn environment_weights(radiance: &[f64]) -> Vec<f64> {
+    let (width, height) = (ENVIRONMENT_MAP_SIZE.0 as usize, ENVIRONMENT_MAP_SIZE.1 as usize);
+    let usable = |x: f64| if x.is_finite() && x > 0.0 { x } else { 0.0 };
+    let own: Vec<f64> = radiance.chunks(3).map(|rgb| rgb.iter().map(|x| usable(*x)).sum()).collect();
+    let around = |x: usize, y: usize| {
+        let rows = y.saturating_sub(1)..(y + 2).min(height);
+        rows.map(|r| own[r * width + (x + width - 1) % width] + own[r * width + x] + own[r * width + (x + 1) % width])
+            .sum::<f64>()
+    };
+    (0..own.len()).map(|i| own[i] + 0.1 * around(i % width, i / width)).collect()
+}
+
+fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
+    // The seed's halves are mixed: kernels take 32 bits.
+    let seed = scene.integrator.seed;
+    let seed = (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32;
+    Setting::ALL.map(|(setting, _)| match setting {
+        Setting::Width => scene.film.width,
+        Setting::Height => scene.film.height,
+        Setting::Seed => seed,
+        Setting::MaxDepth => scene.integrator.max_depth,
+        Setting::RouletteFrom => scene.integrator.roulette_from.unwrap_or(u32::MAX),
+        Setting::Lights => geometry.lights.len() as u32,
+        Setting::SlotsPerPixel => spread.slots_per_pixel,
+        Setting::Slots | Setting::PixelFirst | Setting::SampleFirst | Setting::SampleEnd => 0,
+    })
+}
+
+fn constants(scene: &Scene, plan: &Plan) -> Vec<f64> {
+    let camera = &scene.camera;
+    let forward = (camera.target - camera.origin).normalize();
+    let right = forward.cross(camera.up).normalize();
+    let up = right.cross(forward);
+    let tangent = (camera.hfov_degrees.to_radians() / 2.0).tan();
+    let aspect = f64::from(scene.film.height) / f64::from(scene.film.width);
+    let mut out = vec![0.0; Constant::total()];
+    let mut put = |constant: Constant, values: &[f64]| out[constant.offset()..][..values.len()].copy_from_slice(values);
+    put(Constant::CameraPosition, &camera.origin.to_array());
+    put(Constant::CameraForward, &forward.to_array());
+    put(Constant::CameraRight, &(right * tangent).to_array());
+    put(Constant::CameraUp, &(up * tangent * aspect).to_array());
+    put(Constant::LensRight, &right.to_array());
+    put(Constant::LensUp, &up.to_array());
+    put(Constant::LensRadius, &[camera.lens_radius]);
+    put(Constant::FocusDistance, &[camera.focus_distance]);
+    put(Constant::Environment, &plan.constant_environment);
+    if plan.has(Effect::CameraSpace) {
+        put(Constant::CameraSpace, &camera_space(camera.origin, right, up, forward));
+    }
+    out
+}
+
+/// Camera space to common space and back: x to the right, y up, z along the view. Row-major for row vectors.
+fn camera_space(origin: DVec3, x: DVec3, y: DVec3, z: DVec3) -> [f64; 32] {
+    let to_common = glam::DAffine3::from_mat3_translation(glam::DMat3::from_cols(x, y, z), origin);
+    let mut out = [0.0; 32];
+    out[..16].copy_from_slice(&crate::accel::row_major(&to_common));
+    out[16..].copy_from_slice(&crate::accel::row_major(&to_common.inverse()));
+    out
+}
