@@ -139,13 +139,14 @@ impl Case {
     /// The refracted direction and the cosine below; along the surface at total reflection.
     pub fn refracted(&self, eta: f64) -> (Vec3, f64) {
         let wo = self.wo();
-        let tangential = add(wo, self.n, -dot(wo, self.n)).map(|x| -x / eta);
-        let sin2 = dot(tangential, tangential);
-        if sin2 >= 1.0 {
+        let c = dot(wo, self.n);
+        let tangential = add(wo, self.n, -c).map(|x| -x / eta);
+        // As 1 - sin^2 it would have no digits at grazing incidence.
+        let cos2 = (eta - 1.0) * (eta + 1.0) / (eta * eta) + (c / eta) * (c / eta);
+        if cos2 <= 0.0 {
             return (normalize(tangential), 0.0);
         }
-        let cos = (1.0 - sin2).sqrt();
-        (add(tangential, self.n, -cos), cos)
+        (add(tangential, self.n, -cos2.sqrt()), cos2.sqrt())
     }
 
     /// One grid above the surface, one below, fitted to the lobe's peaks.
