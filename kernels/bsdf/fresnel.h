@@ -50,11 +50,11 @@ static inline real3 fresnel_conductor(real c, real3 n, real3 k)
 
 // The direction into which wo is bent at a surface with unit normal m and cosine c = dot(wo, m) >= 0.
 // Returns the cosine below, or 0 at total reflection. By the tangential part, which keeps its digits when eta is
-// far from 1, and gives -wo exactly at eta = 1.
+// far from 1. cos^2 = 1 - sin^2 / eta^2 cancels at grazing incidence with eta near 1; (eta^2 - 1 + c^2) / eta^2 does not.
 static inline real refract_direction(real3 wo, real3 m, real c, real eta, real3 *wi)
 {
     real3 tangential = (wo - m * c) / eta;
-    real cos2 = 1 - dot(tangential, tangential);
+    real cos2 = ((eta - 1) / eta) * ((eta + 1) / eta) + sqr(c / eta);
     if (!(cos2 > 0)) return 0;
     real cos_t = sqrt(cos2);
     *wi = -tangential - m * cos_t;

@@ -44,11 +44,9 @@ static inline int phong_sample(const Lobe *l, real3 wo, real3 u, real3 *wi, real
     real n = l->ax;
     real s, c;
     m_sincos((real)(2 * PI) * u.x, &s, &c);
-    real log_cos = m_log(1 - u.y) / (n + 1);
-    real cos_r = m_exp(log_cos);
-    // 1 - cos, from the series of exp where that has more digits.
-    real d = log_cos > (real)-0.01 ? -log_cos * (1 + log_cos * ((real)0.5 + log_cos * (real)(1.0 / 6.0))) : 1 - cos_r;
-    real sin_r = safe_sqrt(d * (1 + cos_r));
+    // 1 - cos of the angle to the mirror direction; cos^(n + 1) is uniform.
+    real d = one_minus_exp(-m_log(1 - u.y) / (n + 1));
+    real sin_r = safe_sqrt(d * (2 - d));
     Frame frame = frame_from_normal(reflect_direction(wo, l->N));
     *wi = to_world(&frame, (real3)(sin_r * c, sin_r * s, 1 - d));
     real ci = dot(l->N, *wi);

@@ -8,11 +8,13 @@
 #include "bsdf/numeric.h"
 #include "lobe.h"
 
-// Offers a lobe. Its importance is the largest |weight| of the channels times its albedo; a lobe of importance 0 or NaN
-// is not taken. The part of the random number that was not used for this decision is stretched for the next one.
+// Offers a lobe. Its importance is the largest |weight| of the channels times its albedo; a lobe of importance 0, or with
+// a weight that is not finite in any channel (fmax passes over NaN), is not taken. The part of the random number that was not used for this decision is stretched for the next one.
 static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *lobe, real3 weight, real3 wo)
 {
-    real importance = max_component(fabs(weight)) * bsdf_albedo(lobe, wo);
+    real3 size = fabs(weight);
+    if (!(size.x + size.y + size.z <= REAL_MAX)) return;
+    real importance = max_component(size) * bsdf_albedo(lobe, wo);
     real total = choice->total + importance;
     if (!is_finite_positive(importance) || !(total <= REAL_MAX)) return;
     real p = importance / total;

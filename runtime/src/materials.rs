@@ -50,7 +50,8 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
         compiled.artifacts.push(match result {
             None => None,
             Some(Ok(output)) => {
-                let plain = |d: &Diagnostic| oslcl_compiler::diag::render_plain(&output.sources, std::slice::from_ref(d));
+                let plain =
+                    |d: &Diagnostic| oslcl_compiler::diag::render_plain(&output.sources, std::slice::from_ref(d));
                 compiled.warnings.extend(output.warnings.iter().map(plain));
                 Some(output.artifact)
             }

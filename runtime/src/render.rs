@@ -178,12 +178,8 @@ pub fn render(
     let counts = wavefront.counts()?;
     wavefront.log_times();
     let bytes_per_path = plan.layout.bytes_per_path(options.precision.real_bytes());
-    let picture = Picture {
-        width: scene.film.width,
-        height: scene.film.height,
-        channels: plan.layout.film_channels(),
-        data,
-    };
+    let picture =
+        Picture { width: scene.film.width, height: scene.film.height, channels: plan.layout.film_channels(), data };
     drop(wavefront);
     let summary = Summary {
         device: device.info.name.clone(),

@@ -180,8 +180,7 @@ impl<'a> Wavefront<'a> {
             return Ok(());
         }
         let lights = &geometry.lights;
-        let mut radiance: Vec<f64> =
-            lights.reals.chunks(14).map(|l| l[9..12].iter().sum::<f64>() / 3.0).collect();
+        let mut radiance: Vec<f64> = lights.reals.chunks(14).map(|l| l[9..12].iter().sum::<f64>() / 3.0).collect();
         let powers = upload_reals(self.device, "light powers", &radiance, self.precision())?;
         for (k, material) in self.varying_lights.iter().enumerate() {
             if let Some(kernel) = self.kernels.get(Stage::LightPower, Some(*material)) {
@@ -191,10 +190,8 @@ impl<'a> Wavefront<'a> {
         }
         radiance = read_reals(self.device, &powers, lights.len(), self.precision())?;
         geometry.lights.choose(&radiance);
-        self.buffers.insert(
-            BufferId::Lights,
-            upload_reals(self.device, "lights", &geometry.lights.reals, self.precision())?,
-        );
+        self.buffers
+            .insert(BufferId::Lights, upload_reals(self.device, "lights", &geometry.lights.reals, self.precision())?);
         self.buffers.insert(BufferId::LightWords, self.device.upload("light_words", &geometry.lights.words)?);
         Ok(())
     }

@@ -4,9 +4,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::render::{self, Options, Picture, Summary};
-use oslcl_runtime::scene::{
-    Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene,
-};
+use oslcl_runtime::scene::{Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene};
 use std::path::PathBuf;
 
 /// A scene without anything but a camera at (0, -5, 0) that looks along y, and 16 x 16 pixels.
@@ -69,10 +67,8 @@ pub fn sphere() -> Mesh {
     let mut positions = Vec::new();
     for j in 0..=down {
         for i in 0..across {
-            let (theta, phi) = (
-                std::f32::consts::PI * j as f32 / down as f32,
-                2.0 * std::f32::consts::PI * i as f32 / across as f32,
-            );
+            let (theta, phi) =
+                (std::f32::consts::PI * j as f32 / down as f32, 2.0 * std::f32::consts::PI * i as f32 / across as f32);
             positions.push(Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()));
         }
     }

@@ -13,7 +13,11 @@ fn check(name: &str, scene: &Scene, expected: f64, tolerance: f64) {
     let mean = mean(&picture);
     assert_eq!((summary.counts.dropped, summary.counts.repaired), (0, 0), "{name}");
     let pixels = u64::from(picture.width * picture.height);
-    assert_eq!(summary.counts.samples, pixels * u64::from(scene.integrator.samples), "{name}: every sample counts once");
+    assert_eq!(
+        summary.counts.samples,
+        pixels * u64::from(scene.integrator.samples),
+        "{name}: every sample counts once"
+    );
     for m in &mean {
         assert!((m - expected).abs() <= tolerance * expected.max(1e-3), "{name}: {mean:?}, expected {expected}");
     }

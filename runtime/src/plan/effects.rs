@@ -45,10 +45,34 @@ use Effect::*;
 impl Effect {
     /// All of them, in the order of the table that `oslcl plan` prints.
     pub const ALL: [Effect; 28] = [
-        Surfaces, ThinLens, Lights, VaryingLights, Environment, VaryingEnvironment, EnvironmentSampling, Roulette,
-        Instances, Normals, Uvs, Tangents, SurfaceArea, ObjectSpace, CameraSpace, RayType, Holdout, LobeDiffuse,
-        LobeOrenNayar, LobeTranslucent, LobePhong, LobeWard, LobeMicrofacet, LobeReflection, LobeRefraction,
-        LobeTransparent, LobeConductor, DoublePrecision,
+        Surfaces,
+        ThinLens,
+        Lights,
+        VaryingLights,
+        Environment,
+        VaryingEnvironment,
+        EnvironmentSampling,
+        Roulette,
+        Instances,
+        Normals,
+        Uvs,
+        Tangents,
+        SurfaceArea,
+        ObjectSpace,
+        CameraSpace,
+        RayType,
+        Holdout,
+        LobeDiffuse,
+        LobeOrenNayar,
+        LobeTranslucent,
+        LobePhong,
+        LobeWard,
+        LobeMicrofacet,
+        LobeReflection,
+        LobeRefraction,
+        LobeTransparent,
+        LobeConductor,
+        DoublePrecision,
     ];
 
     /// Its name.

@@ -322,7 +322,8 @@ impl Layout {
 
     /// The kernels' layout.h. `paths` is the number of slots.
     pub fn header(&self, paths: u32) -> String {
-        let mut out = String::from("// Written by the plan of this scene.\n#ifndef OSLCL_LAYOUT_H\n#define OSLCL_LAYOUT_H\n\n");
+        let mut out =
+            String::from("// Written by the plan of this scene.\n#ifndef OSLCL_LAYOUT_H\n#define OSLCL_LAYOUT_H\n\n");
         let _ = writeln!(out, "#define PATHS {paths}u\n#define FILM_CHANNELS {}u", self.film_channels());
         for (prefix, fields) in [("PATH", REALS), ("PATHU", UINTS)] {
             let mut plane = 0;
@@ -360,6 +361,7 @@ impl Layout {
         }
         out.push_str("} Context;\n");
         let _ = writeln!(out, "#define STAGE_ARGS {}, uint launch", list(&|(_, name, ty, _)| format!("{ty}{name}")));
-        let _ = writeln!(out, "#define STAGE_CONTEXT(c) Context c = {{{}}}\n", list(&|(_, name, ..)| (*name).to_owned()));
+        let _ =
+            writeln!(out, "#define STAGE_CONTEXT(c) Context c = {{{}}}\n", list(&|(_, name, ..)| (*name).to_owned()));
     }
 }

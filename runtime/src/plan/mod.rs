@@ -42,11 +42,8 @@ impl Plan {
         let decisions = effects::decide(scene, materials, precision.is_double());
         let on: BTreeSet<Effect> = decisions.iter().filter(|d| d.is_on()).map(|d| d.effect).collect();
         let surface_materials = surface_materials(scene);
-        let varying: Vec<MaterialId> = surface_materials
-            .iter()
-            .copied()
-            .filter(|m| emission_of(materials, *m) == Radiance::Varying)
-            .collect();
+        let varying: Vec<MaterialId> =
+            surface_materials.iter().copied().filter(|m| emission_of(materials, *m) == Radiance::Varying).collect();
         let layout = Layout::new(on, surface_materials.len() as u32, varying.len() as u32);
         let uses = (0..materials.len() as u32)
             .map(MaterialId)
