@@ -11,7 +11,7 @@ use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::SourceMap;
-use crate::{check, lower, parse, passes};
+use crate::{check, interp, lower, parse, passes};
 use std::fmt;
 use std::sync::Arc;
 
@@ -71,6 +71,12 @@ impl Default for Options {
             entry: Entry::Material,
             line_directives: false,
         }
+    }
+}
+
+impl Options {
+    fn constants(&self) -> Vec<(String, Const)> {
+        self.bindings.iter().map(|(name, value)| (name.clone(), value.constant())).collect()
     }
 }
 
@@ -218,13 +224,11 @@ impl Master {
         let work = || {
             let Some(master) = &self.shader else { return Err(Vec::new()) };
             let mut shader = Shader::clone(master);
-            let bindings: Vec<(String, Const)> =
-                options.bindings.iter().map(|(name, value)| (name.clone(), value.constant())).collect();
             let outputs = match &options.entry {
                 Entry::Material => &[][..],
                 Entry::Grid(names) => names,
             };
-            passes::optimise(&mut shader, &bindings, outputs)?;
+            passes::optimise(&mut shader, &options.constants(), outputs)?;
             let lines = options.line_directives.then_some(&*self.sources);
             let code = opencl_c::emit(&shader, &options.entry, lines)?;
             Ok(Artifact::new(&shader, code, self.info.clone()))
@@ -236,6 +240,79 @@ impl Master {
             Err(d) => Err(Failure { diagnostics: vec![d], sources }),
         }
     }
+}
+
+impl Master {
+    /// Binds parameters, optimises, and runs the shader on the host in f64 on one point: the value of each output parameter
+    /// (flattened name), or of `Ci`, as the reals that [`Entry::Grid`] stores. Uses the options' `bindings`.
+    pub fn evaluate(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        globals: &interp::Globals,
+    ) -> Result<Vec<(String, Vec<f64>)>, Failure> {
+        let mut points = self.evaluate_all(options, outputs, std::slice::from_ref(globals))?;
+        Ok(points.pop().unwrap_or_default())
+    }
+
+    /// As [`Master::evaluate`], for many points.
+    pub fn evaluate_all(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        points: &[interp::Globals],
+    ) -> Result<Vec<Vec<(String, Vec<f64>)>>, Failure> {
+        let work = || {
+            let Some(master) = &self.shader else { return Err(Vec::new()) };
+            let mut shader = Shader::clone(master);
+            passes::optimise(&mut shader, &options.constants(), outputs)?;
+            points.iter().map(|globals| outcome(&shader, outputs, globals)).collect()
+        };
+        let sources = self.sources.clone();
+        match on_large_stack(work) {
+            Ok(Ok(values)) => Ok(values),
+            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
+            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
+        }
+    }
+}
+
+/// The named outputs of one run.
+fn outcome(
+    shader: &Shader,
+    outputs: &[String],
+    globals: &interp::Globals,
+) -> Result<Vec<(String, Vec<f64>)>, Vec<Diagnostic>> {
+    let outcome = interp::run(shader, globals).map_err(|e| vec![Diagnostic::global("E4297", e.to_string())])?;
+    let mut values = Vec::with_capacity(outputs.len());
+    for name in outputs {
+        let mut reals = Vec::new();
+        if name == "Ci" {
+            reals.extend(outcome.ci());
+        } else {
+            let param = shader.params.iter().find(|p| p.output && p.name == *name);
+            let value = param.and_then(|p| outcome.local(p.local));
+            if !value.is_some_and(|c| flatten(c, &mut reals)) {
+                let message = format!("shader `{}` has no output parameter `{name}` of numbers", shader.name);
+                return Err(vec![Diagnostic::global("E4203", message)]);
+            }
+        }
+        values.push((name.clone(), reals));
+    }
+    Ok(values)
+}
+
+/// The reals that a constant is made of; false when it holds strings.
+fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
+    match c {
+        Const::Int(v) => out.push(f64::from(*v)),
+        Const::Float(v) => out.push(*v),
+        Const::Triple(v) => out.extend(v),
+        Const::Matrix(m) => out.extend(m),
+        Const::Str(_) => return false,
+        Const::Array(items) => return items.iter().all(|c| flatten(c, out)),
+    }
+    true
 }
 
 /// Compiles a source to an artifact.

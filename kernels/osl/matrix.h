@@ -99,7 +99,7 @@ static inline mat4 op_inverse_m(mat4 a)
     Minors4 n = minors_m(a);
     real det = det_of_minors(n);
     real d = 1 / det;
-    if (det == 0 || !isfinite(d))
+    if (det == 0 || !(fabs(d) <= FLT_MAX))
         return op_matrix_f(1);
     const real *m = a.m, *s = n.s, *c = n.c;
     return make_mat4((m[5] * c[5] - m[6] * c[4] + m[7] * c[3]) * d, (-m[1] * c[5] + m[2] * c[4] - m[3] * c[3]) * d,

@@ -22,11 +22,12 @@ static inline int op_div_i(int a, int b)
 }
 static inline int op_rem_i(int a, int b) { return b == 0 || b == -1 ? 0 : a % b; }
 
-// A quotient that is not finite is 0, as in the reference implementation. The test of b holds under relaxed maths, too.
+// A quotient that is no finite float is 0, as in the reference implementation; in f64 too, whose OSL has 32-bit floats as
+// well. The test of b holds under relaxed maths, too.
 static inline real op_div_f(real a, real b)
 {
     real q = a / b;
-    return b != 0 && isfinite(q) ? q : 0;
+    return b != 0 && fabs(q) <= FLT_MAX ? q : 0;
 }
 static inline real3 op_div_v(real3 a, real3 b)
 {

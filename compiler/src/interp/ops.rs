@@ -102,9 +102,9 @@ fn convert(a: &Const, to: Ty) -> Option<Const> {
     })
 }
 
-/// x / 0 is 0 (OSL's reference implementation; the specification leaves it open).
+/// A quotient that is no finite 32-bit float is 0 (OSL's reference implementation; the specification leaves it open).
 pub fn divide(a: f64, b: f64) -> f64 {
-    if b == 0.0 { 0.0 } else { a / b }
+    super::math::quotient(a, b)
 }
 
 fn binary(op: BinaryOp, a: &Const, b: &Const) -> Option<Const> {
@@ -206,9 +206,28 @@ pub fn matrix_product(a: &[f64; 16], b: &[f64; 16]) -> [f64; 16] {
     out
 }
 
+/// The determinant, by minors of pairs of rows: exact for small integers.
+pub fn matrix_determinant(m: &[f64; 16]) -> f64 {
+    let minor =
+        |row: usize, i: usize, j: usize| m[row * 4 + i] * m[row * 4 + 4 + j] - m[row * 4 + 4 + i] * m[row * 4 + j];
+    // Pairs of columns for the upper rows, the others for the lower ones, and the permutation's sign.
+    let pairs = [
+        (0, 1, 2, 3, 1.0),
+        (0, 2, 1, 3, -1.0),
+        (0, 3, 1, 2, 1.0),
+        (1, 2, 0, 3, 1.0),
+        (1, 3, 0, 2, -1.0),
+        (2, 3, 0, 1, 1.0),
+    ];
+    pairs.into_iter().map(|(i, j, k, l, sign)| sign * minor(0, i, j) * minor(2, k, l)).sum()
+}
+
 /// The inverse by Gauss-Jordan elimination with partial pivoting; the identity when the matrix is singular, as the
-/// reference implementation's.
+/// reference implementation's: when one over the determinant is no finite 32-bit float.
 pub fn matrix_inverse(m: &[f64; 16]) -> [f64; 16] {
+    if divide(1.0, matrix_determinant(m)) == 0.0 {
+        return IDENTITY;
+    }
     let mut a = *m;
     let mut inv = IDENTITY;
     for col in 0..4 {

@@ -522,9 +522,10 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Whether a divisor is a constant for which C's division is OSL's.
+    /// Whether a divisor is a constant for which C's division is OSL's, but for dividends that are not finite or overflow.
     fn harmless_divisor(&self, b: ValueId) -> bool {
-        let harmless = |f: &f64| *f != 0.0 && f.is_finite();
+        // What is 0 or infinite as a 32-bit float is no harmless divisor.
+        let harmless = |f: &f64| (*f as f32).is_normal();
         match &self.shader.values[b.0 as usize].inst {
             Inst::Const(Const::Int(i)) => !matches!(i, 0 | -1),
             Inst::Const(Const::Float(f)) => harmless(f),

@@ -1,0 +1,103 @@
+//! What the renderer tells a shader about the point (specification ch. 6 and 7.10).
+//!
+//! In: [`Globals`]. Out: the values of the globals and of the built-ins that read state. kernels/globals.h is its twin.
+
+use super::ops::IDENTITY;
+use crate::ir::{Const, Global};
+
+/// A space's two matrices, row-major for row vectors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Space {
+    /// To common space.
+    pub to_common: [f64; 16],
+    /// From common space.
+    pub from_common: [f64; 16],
+}
+
+impl Default for Space {
+    fn default() -> Space {
+        Space { to_common: IDENTITY, from_common: IDENTITY }
+    }
+}
+
+/// The point that is shaded. Positions and directions are in common space.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Globals {
+    /// Position.
+    pub p: [f64; 3],
+    /// From the viewer to P.
+    pub i: [f64; 3],
+    /// Shading normal.
+    pub n: [f64; 3],
+    /// Geometric normal.
+    pub ng: [f64; 3],
+    /// Surface coordinate.
+    pub u: f64,
+    /// Surface coordinate.
+    pub v: f64,
+    /// Tangent.
+    pub dpdu: [f64; 3],
+    /// Tangent.
+    pub dpdv: [f64; 3],
+    /// The point a light is asked about.
+    pub ps: [f64; 3],
+    /// Time.
+    pub time: f64,
+    /// Duration of the shutter.
+    pub dtime: f64,
+    /// Velocity.
+    pub dpdtime: [f64; 3],
+    /// Of the object, in common units squared.
+    pub surfacearea: f64,
+    /// The viewer is on the back.
+    pub backfacing: bool,
+    /// Bits `RAY_*` of kernels/globals.h.
+    pub raytype: i32,
+    /// The object's space.
+    pub object_space: Space,
+    /// The camera's space.
+    pub camera_space: Space,
+}
+
+impl Globals {
+    /// The value of a global; closures have none.
+    pub(super) fn value(&self, global: Global) -> Option<Const> {
+        use Global::*;
+        Some(match global {
+            P => Const::Triple(self.p),
+            I => Const::Triple(self.i),
+            N => Const::Triple(self.n),
+            Ng => Const::Triple(self.ng),
+            U => Const::Float(self.u),
+            V => Const::Float(self.v),
+            DPdu => Const::Triple(self.dpdu),
+            DPdv => Const::Triple(self.dpdv),
+            Ps => Const::Triple(self.ps),
+            Time => Const::Float(self.time),
+            DTime => Const::Float(self.dtime),
+            DPdtime => Const::Triple(self.dpdtime),
+            Ci => return None,
+        })
+    }
+
+    /// Spaces as `lower` numbers them: 0 common, 1 object, 2 shader (the object's), 3 camera.
+    fn space(&self, number: i32) -> Space {
+        match number {
+            0 => Space::default(),
+            3 => self.camera_space,
+            _ => self.object_space,
+        }
+    }
+}
+
+/// The value of the row `name`; `None` when it reads no state.
+pub(super) fn call(name: &str, args: &[Const], globals: &Globals) -> Option<Const> {
+    Some(match (name, args) {
+        ("surfacearea", []) => Const::Float(globals.surfacearea),
+        ("backfacing", []) => Const::Int(globals.backfacing.into()),
+        ("raytype_bit", [Const::Int(bit)]) => Const::Int((globals.raytype & bit != 0).into()),
+        ("space_matrix", [Const::Int(number)]) => Const::Matrix(globals.space(*number).to_common),
+        ("space_matrix_inverse", [Const::Int(number)]) => Const::Matrix(globals.space(*number).from_common),
+        _ => return None,
+    })
+}
