@@ -77,8 +77,16 @@ pub fn assemble(name: &str, text: &str) -> Result<String, Error> {
 
 fn expand(name: &str, text: &str, seen: &mut HashSet<&'static str>, out: &mut String) -> Result<(), Error> {
     let _ = writeln!(out, "#line 1 \"{name}\"");
+    // Open conditionals of this text, its include guard aside: it hides nothing the first time.
+    let mut conditionals = 0u32;
     for (index, line) in text.lines().enumerate() {
         let Some(path) = included(line) else {
+            let directive = line.trim_start().strip_prefix('#').map_or("", str::trim_start);
+            if directive.starts_with("if") && !directive.starts_with("ifndef OSLCL_") {
+                conditionals += 1;
+            } else if directive.starts_with("endif") {
+                conditionals = conditionals.saturating_sub(1);
+            }
             out.push_str(line);
             out.push('\n');
             continue;
@@ -86,7 +94,11 @@ fn expand(name: &str, text: &str, seen: &mut HashSet<&'static str>, out: &mut St
         let Some((key, header)) = KERNELS.iter().find(|(n, _)| *n == path) else {
             return Err(Error { name: name.to_owned(), path: path.to_owned() });
         };
-        if seen.insert(key) {
+        if conditionals > 0 {
+            // Its text may be left out by the driver's preprocessor, and with it what only it includes: nothing of this
+            // counts as seen. The include guards drop repetitions.
+            expand(key, header, &mut seen.clone(), out)?;
+        } else if seen.insert(key) {
             expand(key, header, seen, out)?;
         }
         let _ = writeln!(out, "#line {} \"{name}\"", index + 2);
@@ -132,6 +144,14 @@ mod tests {
         let text = assemble("a.cl", "#include \"real.h\"\n#include \"real.h\"\nint x;").expect("assembles");
         assert_eq!(text.matches("typedef float real;").count(), 1);
         assert!(text.ends_with("#line 3 \"a.cl\"\nint x;\n"), "{text}");
+    }
+
+    #[test]
+    fn what_a_conditional_includes_is_there_without_it_too() {
+        let text = "#ifdef NO\n#include \"bsdf/diffuse.h\"\n#endif\n#include \"bsdf/frame.h\"\n";
+        let text = assemble("a.cl", text).expect("assembles");
+        let behind = &text[text.find("#endif\n#line").expect("the conditional ends")..];
+        assert!(behind.contains("} Frame;"), "{text}");
     }
 
     #[test]

@@ -58,6 +58,9 @@ impl Checker {
                 ast::Init::List(items, at) => typed.push(Argument::List(items, *at)),
             }
         }
+        if let Some(Symbol::Broken) = self.scopes.find(&callee.name) {
+            return None;
+        }
         let candidates = self.candidates(&callee.name);
         if candidates.is_empty() {
             return self.unknown_function(callee);
@@ -99,7 +102,8 @@ impl Checker {
         for id in self.scopes.functions(name) {
             let f = &self.functions[id.0 as usize];
             let formals: Vec<_> = f.params.iter().map(|(v, _)| Some(self.var(*v).ty)).collect();
-            if out.iter().any(|c| c.formals == formals) {
+            // Newer and inner ones hide those with the same parameters and result.
+            if out.iter().any(|c| c.formals == formals && c.ret == f.ret) {
                 continue;
             }
             out.push(Candidate {

@@ -47,8 +47,8 @@ impl Checker {
     pub(super) fn fits(&self, to: Type, from: Type) -> bool {
         match (to.extent, from.extent) {
             (Extent::Scalar, Extent::Scalar) => assignable(to.base, from.base),
-            // A longer array may be given for a shorter one.
-            (Extent::Fixed(a), Extent::Fixed(b)) => to.base == from.base && b >= a,
+            // The destination may be longer: its other elements stay as they are.
+            (Extent::Fixed(a), Extent::Fixed(b)) => to.base == from.base && a >= b,
             (Extent::Unsized, Extent::Fixed(_))
             | (Extent::Unsized, Extent::Unsized)
             | (Extent::Fixed(_), Extent::Unsized) => to.base == from.base,

@@ -68,8 +68,12 @@ impl Checker {
     }
 
     fn shader_param(&mut self, p: &ast::Param, index: u32) -> Option<(Param, reflect::Param)> {
-        let ty = self.declared_type(&p.ty, &p.array, true)?;
+        let Some(ty) = self.declared_type(&p.ty, &p.array, true) else {
+            self.scopes.declare_broken(&p.name.name);
+            return None;
+        };
         if ty.base == Base::Void {
+            self.scopes.declare_broken(&p.name.name);
             return self.fail(Diagnostic::error("E2013", p.ty.span, "a parameter cannot be void"));
         }
         let metadata = self.metadata(&p.metadata);
@@ -206,6 +210,7 @@ impl Checker {
             TypeName::Closure => Base::Closure,
             TypeName::Struct(name) => match self.scopes.find(name) {
                 Some(Symbol::Struct(id)) => Base::Struct(*id),
+                Some(Symbol::Broken) => return None,
                 _ => {
                     let mut d = Diagnostic::error("E2002", spec.span, format!("there is no type `{name}`"));
                     let structs = self.scopes.names(|s| matches!(s, Symbol::Struct(_)));
@@ -251,15 +256,23 @@ impl Checker {
     }
 
     pub(super) fn function(&mut self, f: &ast::Function) {
-        let Some(base) = self.base(&f.ret) else { return };
+        let Some(base) = self.base(&f.ret) else {
+            self.scopes.declare_broken(&f.name.name);
+            return;
+        };
         let ret = Type::scalar(base);
         // Parameters first: they decide which overload this is.
         self.scopes.enter();
         let mut params = Vec::new();
+        let mut broken = false;
         for p in &f.params {
-            let Some(ty) = self.declared_type(&p.ty, &p.array, true) else { continue };
+            let Some(ty) = self.declared_type(&p.ty, &p.array, true) else {
+                broken = true;
+                continue;
+            };
             if ty.base == Base::Void {
                 self.error(Diagnostic::error("E2013", p.ty.span, "a parameter cannot be void"));
+                broken = true;
                 continue;
             }
             if p.init.is_some() {
@@ -271,6 +284,10 @@ impl Checker {
         }
         self.metadata(&f.metadata);
         self.scopes.leave();
+        if broken {
+            self.scopes.declare_broken(&f.name.name);
+            return;
+        }
         if let Some(Symbol::Var(_) | Symbol::Struct(_)) = self.scopes.find_here(&f.name.name) {
             let message = format!("`{}` is already declared in this scope as something else", f.name.name);
             self.error(Diagnostic::error("E2007", f.name.span, message));

@@ -103,6 +103,7 @@ impl Checker {
             Some(Symbol::Struct(_)) => {
                 self.fail(Diagnostic::error("E2001", span, format!("`{name}` is a struct, not a variable")))
             }
+            Some(Symbol::Broken) => None,
             None => {
                 let mut d = Diagnostic::error("E2001", span, format!("there is no variable `{name}` here"));
                 let near = crate::suggest::closest(name, self.scopes.names(|s| matches!(s, Symbol::Var(_))));

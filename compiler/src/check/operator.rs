@@ -59,7 +59,8 @@ impl Checker {
             let word = match op {
                 UnaryOp::Neg => "neg",
                 UnaryOp::Compl => "compl",
-                _ => "",
+                UnaryOp::Not => "not",
+                UnaryOp::Plus => "",
             };
             let name = format!("__operator__{word}__");
             if !self.scopes.functions(&name).is_empty() {
