@@ -66,6 +66,9 @@ impl Checker {
         if to.base == Base::Int && expr.ty == Type::FLOAT {
             d = d.help("write `(int)` before it to cut off the fraction");
         }
+        if to == Type::scalar(Base::Closure) && matches!(expr.ty.base, Base::Int | Base::Float | Base::Color) {
+            d = d.help("a number becomes light only through a closure, such as `x * emission()` or `x * diffuse(N)`");
+        }
         self.fail(d)
     }
 

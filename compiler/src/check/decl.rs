@@ -15,6 +15,11 @@ impl Checker {
         let mut found: Option<(typed::Shader, ShaderInfo)> = None;
         let mut first: Option<crate::source::Span> = None;
         for item in &file.items {
+            if let ast::Item::Function(f) = item {
+                self.later.insert(f.name.name.clone(), f.name.span);
+            }
+        }
+        for item in &file.items {
             match item {
                 ast::Item::Struct(s) => self.structure(s),
                 ast::Item::Function(f) => self.function(f),
@@ -39,7 +44,7 @@ impl Checker {
     }
 
     fn shader(&mut self, s: &ast::Shader) -> Option<(typed::Shader, ShaderInfo)> {
-        self.kind = s.kind.name.clone();
+        let metadata = self.metadata(&s.metadata);
         self.scopes.enter();
         let mut params = Vec::new();
         let mut infos = Vec::new();
@@ -49,7 +54,6 @@ impl Checker {
                 infos.push(info);
             }
         }
-        let metadata = self.metadata(&s.metadata);
         self.returns = Some(Type::VOID);
         let body = self.block(&s.body);
         self.returns = None;
@@ -213,6 +217,9 @@ impl Checker {
                 Some(Symbol::Broken) => return None,
                 _ => {
                     let mut d = Diagnostic::error("E2002", spec.span, format!("there is no type `{name}`"));
+                    if name == "light" {
+                        d = d.help("OSL has no light shaders: lights are surfaces with emission()");
+                    }
                     let structs = self.scopes.names(|s| matches!(s, Symbol::Struct(_)));
                     let keywords = ["int", "float", "color", "point", "vector", "normal", "matrix", "string", "void"];
                     if let Some(near) = crate::suggest::closest(name, structs.chain(keywords)) {
@@ -310,7 +317,7 @@ impl Checker {
         let stmts = self.block(body);
         self.scopes.leave();
         if ret != Type::VOID && !self.returned {
-            let message = format!("function `{}` must return {}", f.name.name, self.show(ret));
+            let message = format!("function `{}` returns {}, but has no `return`", f.name.name, self.show(ret));
             self.error(Diagnostic::error("E2009", f.name.span, message));
         }
         (self.current, self.loops, self.returns, self.returned) = outer;

@@ -39,8 +39,8 @@ pub(super) struct Expander<'a> {
     pub produced: usize,
 }
 
-/// Most tokens that macros of one file may produce.
-const MAX_PRODUCED: usize = 50_000_000;
+/// Most tokens that the macros of one line may produce.
+const MAX_PRODUCED: usize = 4_000_000;
 
 /// Most replacements inside each other.
 const MAX_NESTING: usize = 1_000;
