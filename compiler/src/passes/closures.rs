@@ -17,6 +17,9 @@ type Slots = BTreeSet<u32>;
 
 /// Rewrites all closures. Afterwards no value or used local has type `Closure`.
 pub fn closures(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
+    if let Some(d) = too_many(shader) {
+        return Err(vec![d]);
+    }
     let mut pass = Pass {
         reach: Reach::of(shader),
         shader,
@@ -29,6 +32,23 @@ pub fn closures(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
     }
     pass.run();
     Ok(())
+}
+
+/// Most closure calls of a shader: each weight of a sum is carried on its own, and this bounds the square.
+const MAX_CALLS: usize = 1_000;
+
+fn too_many(shader: &Shader) -> Option<Diagnostic> {
+    let mut calls = Vec::new();
+    for block in shader.blocks() {
+        block.walk(&mut |s| match s {
+            Stmt::Let(id) if matches!(shader.values[id.0 as usize].inst, Inst::Closure(..)) => calls.push(*id),
+            _ => {}
+        });
+    }
+    let span = shader.values[calls.get(MAX_CALLS)?.0 as usize].span;
+    let message =
+        format!("the shader calls closures in more than {MAX_CALLS} places once loops and functions are unfolded");
+    Some(Diagnostic::error("E4005", span, message).help("sum weights first, then call the closure once"))
 }
 
 /// Which slots can be part of which value and local, whatever the flow of control.
