@@ -105,7 +105,8 @@ pub fn render_plain(sources: &SourceMap, diagnostics: &[Diagnostic]) -> String {
             let room = line.chars().count().saturating_sub(at.column as usize - 1).max(1);
             let width = ((label.span.end.saturating_sub(label.span.start)) as usize).clamp(1, room);
             let pad = " ".repeat(at.column as usize - 1);
-            let _ = writeln!(out, "    {line}\n    {pad}{} {}", "^".repeat(width), label.text);
+            let _ =
+                writeln!(out, "    {line}\n    {}", format!("{pad}{} {}", "^".repeat(width), label.text).trim_end());
         }
         for label in d.labels.iter().skip(1) {
             let at = sources.locate(label.span);

@@ -1,9 +1,9 @@
 //! "Did you mean": the known name nearest to a misspelt one.
 
 /// The candidate with the least edit distance to `name`, when it is close enough to be a slip: at most a third of the
-/// letters, at most 3. Case counts little.
+/// letters, at most 3. Case does not count, so that `n` finds `N`.
 pub fn closest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let limit = (name.chars().count() / 3).clamp(1, 3);
+    let limit = (name.chars().count() / 3).min(3);
     candidates
         .filter(|c| *c != name && c.len().abs_diff(name.len()) <= limit)
         .map(|c| (distance(&name.to_lowercase(), &c.to_lowercase()), c))
@@ -43,5 +43,7 @@ mod tests {
         assert_eq!(closest("difuse", names.into_iter()), Some("diffuse"));
         assert_eq!(closest("reflectoin", names.into_iter()), Some("reflection"));
         assert_eq!(closest("texture", names.into_iter()), None);
+        assert_eq!(closest("n", names.into_iter()), Some("N"));
+        assert_eq!(closest("x", names.into_iter()), None);
     }
 }

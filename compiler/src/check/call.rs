@@ -2,6 +2,7 @@
 
 use super::Checker;
 use super::convert::score;
+use super::init::counted;
 use super::scope::Symbol;
 use super::typed::{Callee, Expr, ExprKind, FunctionId};
 use crate::ast;
@@ -58,6 +59,9 @@ impl Checker {
                 ast::Init::List(items, at) => typed.push(Argument::List(items, *at)),
             }
         }
+        if let Some(Symbol::Broken) = self.scopes.find(&callee.name) {
+            return None;
+        }
         let candidates = self.candidates(&callee.name);
         if candidates.is_empty() {
             return self.unknown_function(callee);
@@ -81,6 +85,12 @@ impl Checker {
             let d = Diagnostic::error("E2001", callee.span, format!("`{name}` is a variable and cannot be called"));
             return self.fail(d.label(at, "declared here"));
         }
+        if let Some(at) = self.later.get(name) {
+            let d = Diagnostic::error("E2001", callee.span, format!("function `{name}` is not declared yet"))
+                .label(*at, "it is defined here")
+                .help("move the function before its use, or declare it there: a head that ends in `;`");
+            return self.fail(d);
+        }
         let users = self.scopes.names(|s| matches!(s, Symbol::Functions(_)));
         let public = builtins::TABLE
             .iter()
@@ -99,7 +109,8 @@ impl Checker {
         for id in self.scopes.functions(name) {
             let f = &self.functions[id.0 as usize];
             let formals: Vec<_> = f.params.iter().map(|(v, _)| Some(self.var(*v).ty)).collect();
-            if out.iter().any(|c| c.formals == formals) {
+            // Newer and inner ones hide those with the same parameters and result.
+            if out.iter().any(|c| c.formals == formals && c.ret == f.ret) {
                 continue;
             }
             out.push(Candidate {
@@ -152,8 +163,8 @@ impl Checker {
     fn fit(&self, c: &Candidate, args: &[Argument]) -> Result<u32, String> {
         let (given, formals) = (args.len(), c.formals.len());
         if given < formals || (given > formals && !c.variadic) {
-            let takes = if c.variadic { format!("at least {formals}") } else { formals.to_string() };
-            return Err(format!("takes {takes} arguments, not {given}"));
+            let least = if c.variadic { "at least " } else { "" };
+            return Err(format!("takes {least}{}, not {given}", counted(formals, "argument")));
         }
         let mut sum = 0;
         for (i, (formal, arg)) in c.formals.iter().zip(args).enumerate() {
@@ -181,6 +192,10 @@ impl Checker {
             };
             match (fits, formal) {
                 (Some(s), _) => sum += s,
+                (None, Some(f)) if c.outputs[i] => {
+                    let (wanted, given) = (self.show(*f), self.show(arg.ty));
+                    return Err(format!("argument {} is an output and needs exactly {wanted}, not {given}", i + 1));
+                }
                 (None, Some(f)) => {
                     return Err(format!("argument {} needs {}, not {}", i + 1, self.show(*f), self.show(arg.ty)));
                 }
@@ -260,7 +275,7 @@ impl Checker {
         let message = format!("no `{name}` takes ({})", given.join(", "));
         let mut lines: Vec<String> = Vec::new();
         for (c, fit) in candidates.iter().zip(fits) {
-            let line = format!("{} {}", self.signature(name, c), fit.as_ref().err().cloned().unwrap_or_default());
+            let line = format!("{}: {}", self.signature(name, c), fit.as_ref().err().cloned().unwrap_or_default());
             if !lines.contains(&line) {
                 lines.push(line);
             }

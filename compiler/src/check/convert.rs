@@ -47,8 +47,8 @@ impl Checker {
     pub(super) fn fits(&self, to: Type, from: Type) -> bool {
         match (to.extent, from.extent) {
             (Extent::Scalar, Extent::Scalar) => assignable(to.base, from.base),
-            // A longer array may be given for a shorter one.
-            (Extent::Fixed(a), Extent::Fixed(b)) => to.base == from.base && b >= a,
+            // The destination may be longer: its other elements stay as they are.
+            (Extent::Fixed(a), Extent::Fixed(b)) => to.base == from.base && a >= b,
             (Extent::Unsized, Extent::Fixed(_))
             | (Extent::Unsized, Extent::Unsized)
             | (Extent::Fixed(_), Extent::Unsized) => to.base == from.base,
@@ -65,6 +65,9 @@ impl Checker {
         let mut d = Diagnostic::error("E2003", expr.span, format!("{what} needs {wanted}, found {found}"));
         if to.base == Base::Int && expr.ty == Type::FLOAT {
             d = d.help("write `(int)` before it to cut off the fraction");
+        }
+        if to == Type::scalar(Base::Closure) && matches!(expr.ty.base, Base::Int | Base::Float | Base::Color) {
+            d = d.help("a number becomes light only through a closure, such as `x * emission()` or `x * diffuse(N)`");
         }
         self.fail(d)
     }

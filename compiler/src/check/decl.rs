@@ -15,6 +15,11 @@ impl Checker {
         let mut found: Option<(typed::Shader, ShaderInfo)> = None;
         let mut first: Option<crate::source::Span> = None;
         for item in &file.items {
+            if let ast::Item::Function(f) = item {
+                self.later.insert(f.name.name.clone(), f.name.span);
+            }
+        }
+        for item in &file.items {
             match item {
                 ast::Item::Struct(s) => self.structure(s),
                 ast::Item::Function(f) => self.function(f),
@@ -39,7 +44,7 @@ impl Checker {
     }
 
     fn shader(&mut self, s: &ast::Shader) -> Option<(typed::Shader, ShaderInfo)> {
-        self.kind = s.kind.name.clone();
+        let metadata = self.metadata(&s.metadata);
         self.scopes.enter();
         let mut params = Vec::new();
         let mut infos = Vec::new();
@@ -49,7 +54,6 @@ impl Checker {
                 infos.push(info);
             }
         }
-        let metadata = self.metadata(&s.metadata);
         self.returns = Some(Type::VOID);
         let body = self.block(&s.body);
         self.returns = None;
@@ -68,8 +72,12 @@ impl Checker {
     }
 
     fn shader_param(&mut self, p: &ast::Param, index: u32) -> Option<(Param, reflect::Param)> {
-        let ty = self.declared_type(&p.ty, &p.array, true)?;
+        let Some(ty) = self.declared_type(&p.ty, &p.array, true) else {
+            self.scopes.declare_broken(&p.name.name);
+            return None;
+        };
         if ty.base == Base::Void {
+            self.scopes.declare_broken(&p.name.name);
             return self.fail(Diagnostic::error("E2013", p.ty.span, "a parameter cannot be void"));
         }
         let metadata = self.metadata(&p.metadata);
@@ -206,8 +214,12 @@ impl Checker {
             TypeName::Closure => Base::Closure,
             TypeName::Struct(name) => match self.scopes.find(name) {
                 Some(Symbol::Struct(id)) => Base::Struct(*id),
+                Some(Symbol::Broken) => return None,
                 _ => {
                     let mut d = Diagnostic::error("E2002", spec.span, format!("there is no type `{name}`"));
+                    if name == "light" {
+                        d = d.help("OSL has no light shaders: lights are surfaces with emission()");
+                    }
                     let structs = self.scopes.names(|s| matches!(s, Symbol::Struct(_)));
                     let keywords = ["int", "float", "color", "point", "vector", "normal", "matrix", "string", "void"];
                     if let Some(near) = crate::suggest::closest(name, structs.chain(keywords)) {
@@ -251,15 +263,23 @@ impl Checker {
     }
 
     pub(super) fn function(&mut self, f: &ast::Function) {
-        let Some(base) = self.base(&f.ret) else { return };
+        let Some(base) = self.base(&f.ret) else {
+            self.scopes.declare_broken(&f.name.name);
+            return;
+        };
         let ret = Type::scalar(base);
         // Parameters first: they decide which overload this is.
         self.scopes.enter();
         let mut params = Vec::new();
+        let mut broken = false;
         for p in &f.params {
-            let Some(ty) = self.declared_type(&p.ty, &p.array, true) else { continue };
+            let Some(ty) = self.declared_type(&p.ty, &p.array, true) else {
+                broken = true;
+                continue;
+            };
             if ty.base == Base::Void {
                 self.error(Diagnostic::error("E2013", p.ty.span, "a parameter cannot be void"));
+                broken = true;
                 continue;
             }
             if p.init.is_some() {
@@ -271,6 +291,10 @@ impl Checker {
         }
         self.metadata(&f.metadata);
         self.scopes.leave();
+        if broken {
+            self.scopes.declare_broken(&f.name.name);
+            return;
+        }
         if let Some(Symbol::Var(_) | Symbol::Struct(_)) = self.scopes.find_here(&f.name.name) {
             let message = format!("`{}` is already declared in this scope as something else", f.name.name);
             self.error(Diagnostic::error("E2007", f.name.span, message));
@@ -293,7 +317,7 @@ impl Checker {
         let stmts = self.block(body);
         self.scopes.leave();
         if ret != Type::VOID && !self.returned {
-            let message = format!("function `{}` must return {}", f.name.name, self.show(ret));
+            let message = format!("function `{}` returns {}, but has no `return`", f.name.name, self.show(ret));
             self.error(Diagnostic::error("E2009", f.name.span, message));
         }
         (self.current, self.loops, self.returns, self.returned) = outer;

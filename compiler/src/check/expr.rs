@@ -11,6 +11,16 @@ use crate::types::{Base, Extent, Type};
 impl Checker {
     /// `wanted` is the type that the context would like: it decides among overloads that differ in the result only.
     pub(super) fn expr(&mut self, e: &ast::Expr, wanted: Option<Type>) -> Option<Expr> {
+        let expr = self.expr_or_row(e, wanted)?;
+        if matches!(&expr.kind, ExprKind::Element(_, _, column) if is_missing(column)) {
+            let d = Diagnostic::error("E2003", expr.span, "a row of a matrix is no value");
+            return self.fail(d.help("give both indices: `m[row][column]`"));
+        }
+        Some(expr)
+    }
+
+    /// As [`Checker::expr`], or a matrix that was indexed once only.
+    fn expr_or_row(&mut self, e: &ast::Expr, wanted: Option<Type>) -> Option<Expr> {
         let span = e.span;
         let (kind, ty) = match &e.kind {
             ast::ExprKind::Int(v) => (ExprKind::Int(*v), Type::INT),
@@ -103,6 +113,7 @@ impl Checker {
             Some(Symbol::Struct(_)) => {
                 self.fail(Diagnostic::error("E2001", span, format!("`{name}` is a struct, not a variable")))
             }
+            Some(Symbol::Broken) => None,
             None => {
                 let mut d = Diagnostic::error("E2001", span, format!("there is no variable `{name}` here"));
                 let near = crate::suggest::closest(name, self.scopes.names(|s| matches!(s, Symbol::Var(_))));
@@ -115,7 +126,7 @@ impl Checker {
     }
 
     fn index(&mut self, base: &ast::Expr, index: &ast::Expr, span: Span) -> Option<Expr> {
-        let base_expr = self.expr(base, None);
+        let base_expr = self.expr_or_row(base, None);
         let index_expr = self.expr(index, None);
         let (base, index) = (base_expr?, index_expr?);
         let index = self.convert(index, Type::INT, "an index")?;
@@ -140,7 +151,7 @@ impl Checker {
             return Some(Expr { kind: ExprKind::Component(Box::new(base), Box::new(index)), ty: Type::FLOAT, span });
         }
         if base.ty.base == Base::Matrix {
-            // `M[r]` alone is a half-indexed matrix: the second index must follow at once.
+            // `M[r]` alone is a row, which is no value: the second index must follow at once.
             return Some(Expr {
                 kind: ExprKind::Element(Box::new(base), Box::new(index), Box::new(missing_column(span))),
                 ty: Type::scalar(Base::Void),
@@ -237,14 +248,14 @@ impl Checker {
                     return Some(());
                 }
                 let (what, help) = match var.kind {
-                    VarKind::Global => ("a read-only global variable", None),
-                    VarKind::ShaderParam(_) => ("a parameter", Some("declare it `output`, or copy it to a variable")),
-                    _ => ("a parameter", Some("declare it `output`, or copy it to a variable")),
+                    VarKind::Global => ("a read-only global variable", "copy it to a variable of your own"),
+                    _ => ("a parameter", "declare it `output`, or copy it to a variable"),
                 };
                 let mut d =
-                    Diagnostic::error("E2006", e.span, format!("`{}` is {what} and cannot be assigned", var.name));
-                if let Some(help) = help {
-                    d = d.help(help).label(var.span, "declared here");
+                    Diagnostic::error("E2006", e.span, format!("`{}` is {what} and cannot be assigned", var.name))
+                        .help(help);
+                if var.kind != VarKind::Global {
+                    d = d.label(var.span, "declared here");
                 }
                 self.fail(d)
             }

@@ -34,10 +34,10 @@ impl Checker {
                 let fields = self.structs[id.0 as usize].fields.clone();
                 if items.len() != fields.len() {
                     let message = format!(
-                        "{what}: struct `{}` has {} fields, but {} values are given",
+                        "{what}: struct `{}` has {}, but {} given",
                         self.show(ty),
-                        fields.len(),
-                        items.len()
+                        counted(fields.len(), "field"),
+                        given(items.len())
                     );
                     return self.fail(Diagnostic::error("E2012", span, message));
                 }
@@ -61,7 +61,7 @@ impl Checker {
         if let Extent::Fixed(n) = ty.extent
             && items.len() > n as usize
         {
-            let message = format!("{what} has {n} elements, but {} values are given", items.len());
+            let message = format!("{what} has {}, but {} given", counted(n as usize, "element"), given(items.len()));
             return self.fail(Diagnostic::error("E2011", span, message));
         }
         if items.is_empty() {
@@ -77,4 +77,13 @@ impl Checker {
         };
         Some(Expr { kind: ExprKind::List(out), ty: Type { base: ty.base, extent }, span })
     }
+}
+
+/// `1 field`, `2 fields`.
+pub(super) fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+fn given(n: usize) -> String {
+    format!("{} {}", counted(n, "value"), if n == 1 { "is" } else { "are" })
 }

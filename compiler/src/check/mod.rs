@@ -56,7 +56,7 @@ pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
             let mut errors = errors;
             if errors.is_empty() {
                 errors.push(
-                    Diagnostic::global("E2013", "the file holds no shader")
+                    Diagnostic::error("E2013", Span { file: FileId(0), start: 0, end: 0 }, "the file holds no shader")
                         .help("declare one: `surface name() { ... }`"),
                 );
             }
@@ -85,8 +85,8 @@ pub(crate) struct Checker {
     returns: Option<Type>,
     /// A `return` was seen in the present function.
     returned: bool,
-    /// The kind of the shader, once known.
-    kind: String,
+    /// Where the file defines functions, for calls that come too early.
+    later: std::collections::HashMap<String, Span>,
 }
 
 impl Checker {

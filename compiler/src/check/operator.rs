@@ -59,7 +59,8 @@ impl Checker {
             let word = match op {
                 UnaryOp::Neg => "neg",
                 UnaryOp::Compl => "compl",
-                _ => "",
+                UnaryOp::Not => "not",
+                UnaryOp::Plus => "",
             };
             let name = format!("__operator__{word}__");
             if !self.scopes.functions(&name).is_empty() {
@@ -124,7 +125,14 @@ impl Checker {
                 let mut d = Diagnostic::error("E2003", span, message)
                     .label(l.span, format!("this is {}", self.show(l.ty)))
                     .label(r.span, format!("this is {}", self.show(r.ty)));
-                if is_struct(l.ty)
+                let has = |base| l.ty.base == base || r.ty.base == base;
+                if has(Base::Closure) {
+                    d = d.help("closures can be added to each other and multiplied by a float or a color, no more");
+                } else if op == BinaryOp::Add && l.ty == Type::STRING && r.ty == Type::STRING {
+                    d = d.help("use `concat`, or write string literals side by side");
+                } else if l.ty.is_array() || r.ty.is_array() {
+                    d = d.help("operators take elements of arrays, not arrays");
+                } else if is_struct(l.ty)
                     && let Some(name) = overload_name(op)
                 {
                     d = d.help(format!("define `{name}` to give the struct this operator"));

@@ -10,6 +10,8 @@ pub(super) enum Symbol {
     Var(VarId),
     Functions(Vec<FunctionId>),
     Struct(StructId),
+    /// Its declaration was reported already: its uses are not.
+    Broken,
 }
 
 /// The scopes, outermost first.
@@ -43,6 +45,13 @@ impl Scopes {
 
     pub fn declare_struct(&mut self, name: &str, id: StructId) {
         self.declare(name, Symbol::Struct(id));
+    }
+
+    /// Makes uses of a name whose declaration failed go unreported.
+    pub fn declare_broken(&mut self, name: &str) {
+        if self.find_here(name).is_none() {
+            self.declare(name, Symbol::Broken);
+        }
     }
 
     fn declare(&mut self, name: &str, symbol: Symbol) {

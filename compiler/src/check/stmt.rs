@@ -96,11 +96,12 @@ impl Checker {
 
     fn declaration(&mut self, ty: &ast::TypeSpec, d: &ast::Declarator, out: &mut Vec<Stmt>) {
         let Some(ty) = self.declared_type(ty, &d.array, d.init.is_some()) else {
-            // Declared all the same, so that its uses make no more noise... with an unknown type that is not possible.
+            self.scopes.declare_broken(&d.name.name);
             return;
         };
         if ty.base == Base::Void {
             self.error(Diagnostic::error("E2003", d.name.span, format!("`{}` cannot be void", d.name.name)));
+            self.scopes.declare_broken(&d.name.name);
             return;
         }
         let init = match &d.init {

@@ -33,7 +33,7 @@ impl Lower<'_> {
         let function = &tree.functions[id.0 as usize];
         let Some(body) = &function.body else {
             let message = format!("function `{}` is declared but has no body", function.name);
-            self.error(Diagnostic::error("E3005", e.span, message).label(function.span, "declared here"));
+            self.error(Diagnostic::error("E2015", e.span, message).label(function.span, "declared here"));
             return None;
         };
         if self.too_large {

@@ -172,7 +172,9 @@ impl Lower<'_> {
             if !or_zero {
                 let mut d = Diagnostic::not_yet("E3003", name.span, format!("{what} \"{text}\""));
                 let known: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
-                d = d.help(format!("known here: {}", known.join(", ")));
+                let near = crate::suggest::closest(text, choices.iter().copied());
+                let near = near.map_or(String::new(), |n| format!("did you mean \"{n}\"? "));
+                d = d.help(format!("{near}known here: {}", known.join(", ")));
                 self.error(d);
             }
             return self.zero_of(ty, name.span);
@@ -387,7 +389,7 @@ impl Lower<'_> {
                 let len = self.out.locals[whole.0 as usize].len.unwrap_or(1);
                 if n < 1 || n as u32 > len {
                     let message = format!("{n} knots are asked for, but the array has {len}");
-                    self.error(Diagnostic::error("E3005", count.span, message));
+                    self.error(Diagnostic::error("E2011", count.span, message));
                     return None;
                 }
                 let part = self.local("knots", ty, Some(n as u32), crate::ir::LocalKind::Variable);

@@ -57,6 +57,8 @@ fn children(pair: Pair<'_, Rule>) -> impl Iterator<Item = Pair<'_, Rule>> {
                 | Rule::rbrace
                 | Rule::rbracket
                 | Rule::colon
+                | Rule::comma
+                | Rule::equals
                 | Rule::metadata_end
                 | Rule::struct_kw
                 | Rule::closure_kw

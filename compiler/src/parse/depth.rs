@@ -12,21 +12,24 @@ const MAX_BRACKETS: usize = 1_000;
 /// Operators of one statement at one bracket level.
 const MAX_OPERATORS: usize = 10_000;
 
-/// `else if` in a row.
+/// `else` branches, or headers, in a row.
 const MAX_ELSE: usize = 2_000;
 
 pub(super) fn limit(pre: &Preprocessed) -> Result<(), Diagnostic> {
     let bytes = pre.text.as_bytes();
-    // Operators since the last `;`, `,` or brace, per open bracket.
-    let mut operators = vec![0usize];
-    let mut elses = 0;
-    let mut headers_since_else = 0;
+    // Per open bracket: which, and operators in it since the last `;`, `,` or brace.
+    let mut open = vec![(b'{', 0usize)];
+    // `else` in the present chain of branches, and headers (`if (a) while (b) ...`) without a statement between them.
+    let (mut elses, mut headers) = (0, 0);
+    // The last byte before the present token that is no blank.
+    let mut last = b';';
     let mut i = 0;
     while i < bytes.len() {
         let start = i;
         let byte = bytes[i];
         i += 1;
         match byte {
+            b' ' | b'\t' | b'\r' | b'\n' => continue,
             b'"' => {
                 while i < bytes.len() && bytes[i] != b'"' {
                     i += if bytes[i] == b'\\' { 2 } else { 1 };
@@ -34,71 +37,74 @@ pub(super) fn limit(pre: &Preprocessed) -> Result<(), Diagnostic> {
                 i += 1;
             }
             b'(' | b'[' | b'{' => {
-                operators.push(0);
-                if operators.len() > MAX_BRACKETS {
+                open.push((byte, 0));
+                if open.len() > MAX_BRACKETS {
                     return Err(too_deep(pre, start, "brackets are", MAX_BRACKETS));
                 }
             }
             b')' | b']' | b'}' => {
-                if operators.len() > 1 {
-                    operators.pop();
+                if open.len() > 1 {
+                    open.pop();
                 }
                 if byte == b'}' {
-                    reset(&mut operators);
+                    reset(&mut open);
                 }
             }
-            b';' | b',' => reset(&mut operators),
-            b'+' | b'-' | b'*' | b'/' | b'%' | b'!' | b'~' | b'<' | b'>' | b'=' | b'&' | b'|' | b'^' | b'?' | b'.' => {
-                if let Some(count) = operators.last_mut() {
-                    *count += 1;
-                    if *count > MAX_OPERATORS {
-                        return Err(too_deep(pre, start, "operators of one expression are", MAX_OPERATORS));
-                    }
+            b';' | b',' => {
+                reset(&mut open);
+                // Not the `;` of a `for (;;)`.
+                if byte == b';' && open.last().is_some_and(|(bracket, _)| *bracket == b'{') {
+                    headers = 0;
                 }
+            }
+            b'+' | b'-' | b'*' | b'/' | b'%' | b'!' | b'~' | b'<' | b'>' | b'=' | b'&' | b'|' | b'^' | b'?' | b'.' => {
+                count_operator(pre, &mut open, start)?;
             }
             b'a'..=b'z' | b'A'..=b'Z' | b'_' => {
                 while i < bytes.len() && (bytes[i].is_ascii_alphanumeric() || bytes[i] == b'_') {
                     i += 1;
                 }
                 match &bytes[start..i] {
-                    // An `else` continues the chain of the one before unless a fresh `if` chain started between them;
-                    // counting those in blocks of the chain too only makes the limit stricter.
                     b"else" => {
                         elses += 1;
-                        headers_since_else = 0;
+                        headers = 0;
+                        if elses > MAX_ELSE {
+                            return Err(too_deep(pre, start, "`else` branches are", MAX_ELSE));
+                        }
                     }
                     b"if" | b"for" | b"while" | b"do" => {
-                        headers_since_else += 1;
-                        if headers_since_else > 1 {
-                            elses = 0;
+                        // A header where a statement starts, and not behind `else`, begins a new chain.
+                        if matches!(last, b';' | b'{' | b'}') {
+                            (elses, headers) = (0, 0);
                         }
-                        if headers_since_else > MAX_ELSE {
+                        headers += 1;
+                        if headers > MAX_ELSE {
                             return Err(too_deep(pre, start, "statements are", MAX_ELSE));
                         }
                     }
-                    b"not" | b"and" | b"or" => {
-                        if let Some(count) = operators.last_mut() {
-                            *count += 1;
-                        }
-                    }
+                    b"not" | b"and" | b"or" => count_operator(pre, &mut open, start)?,
                     _ => {}
-                }
-                if elses > MAX_ELSE {
-                    return Err(too_deep(pre, start, "`else` branches are", MAX_ELSE));
                 }
             }
             _ => {}
         }
-        // Headers without a statement between them (`if (a) if (b) ...`) nest; others do not.
-        if byte == b';' {
-            headers_since_else = headers_since_else.min(1);
+        last = byte;
+    }
+    Ok(())
+}
+
+fn count_operator(pre: &Preprocessed, open: &mut [(u8, usize)], at: usize) -> Result<(), Diagnostic> {
+    if let Some((_, count)) = open.last_mut() {
+        *count += 1;
+        if *count > MAX_OPERATORS {
+            return Err(too_deep(pre, at, "operators of one expression are", MAX_OPERATORS));
         }
     }
     Ok(())
 }
 
-fn reset(operators: &mut [usize]) {
-    if let Some(count) = operators.last_mut() {
+fn reset(open: &mut [(u8, usize)]) {
+    if let Some((_, count)) = open.last_mut() {
         *count = 0;
     }
 }

@@ -11,9 +11,21 @@ pub(super) fn describe(error: &Error<Rule>, pre: &Preprocessed) -> Diagnostic {
     };
     let found = token_at(&pre.text, at);
     let here = pre.span(at, at + found.len().max(1));
-    if is_reserved(found) {
-        return Diagnostic::error("E1005", here, format!("`{found}` is a reserved word"))
-            .help("choose another name; OSL has no such construct");
+    if let Some(help) = instead_of(found) {
+        return Diagnostic::error("E1005", here, format!("`{found}` is a reserved word")).help(help);
+    }
+    if let Some((start, word)) = bad_number(&pre.text, at) {
+        let span = pre.span(start, start + word.len());
+        return Diagnostic::error("E1001", span, format!("`{word}` is not a number"))
+            .help("numbers are written `2`, `0x1F`, `2.5` or `2e-3`, without a suffix");
+    }
+    if let Some(c) = found.chars().next().filter(|c| !c.is_ascii()) {
+        return Diagnostic::error("E1001", here, format!("`{c}` cannot stand here")).help(
+            "names hold the letters a to z and A to Z, digits and `_`; other characters stand in strings and comments",
+        );
+    }
+    if matches!(found, "@" | "$" | "`" | "#" | "\\" | "'") {
+        return Diagnostic::error("E1001", here, format!("`{found}` means nothing in OSL"));
     }
     let positives = match &error.variant {
         ErrorVariant::ParsingError { positives, .. } => positives.as_slice(),
@@ -21,7 +33,8 @@ pub(super) fn describe(error: &Error<Rule>, pre: &Preprocessed) -> Diagnostic {
     };
     let found_words = if found.is_empty() { "the end of the file".to_string() } else { format!("`{found}`") };
     // A `;` that is missing belongs behind the token before, often on the line before.
-    if positives.contains(&Rule::semi) && !positives.contains(&Rule::rparen) {
+    let body = positives.contains(&Rule::block) || positives.contains(&Rule::lbrace);
+    if positives.contains(&Rule::semi) && !positives.contains(&Rule::rparen) && !body {
         let span = pre.behind(at);
         return Diagnostic::error("E1001", span, format!("expected `;` after this, found {found_words}"));
     }
@@ -35,15 +48,28 @@ pub(super) fn describe(error: &Error<Rule>, pre: &Preprocessed) -> Diagnostic {
         diagnostic = Diagnostic { labels: Vec::new(), ..diagnostic };
         diagnostic.labels.push(crate::diag::Label { span: pre.behind(at), text: String::new() });
     }
-    if let Some(help) = help_for(found) {
+    if let Some(help) = help_for(found, positives) {
         diagnostic = diagnostic.help(help);
+    }
+    if let Some((bracket, place)) = open_bracket(&pre.text, at) {
+        let closing = match bracket {
+            '(' => Rule::rparen,
+            '[' => Rule::rbracket,
+            _ => Rule::rbrace,
+        };
+        // It is worth showing only when something else stands where it should close.
+        if positives.contains(&closing) && (bracket != '{' || found.is_empty()) {
+            diagnostic = diagnostic.label(pre.span(place, place + 1), format!("this `{bracket}` is still open"));
+        }
     }
     diagnostic
 }
 
 /// The words of what may come, the most telling first; at most three.
 fn expectation(positives: &[Rule]) -> Option<String> {
-    const WORDS: [(Rule, &str); 14] = [
+    const WORDS: [(Rule, &str); 17] = [
+        (Rule::comma, "`,`"),
+        (Rule::equals, "`=`"),
         (Rule::rparen, "`)`"),
         (Rule::rbracket, "`]`"),
         (Rule::metadata_end, "`]]`"),
@@ -58,16 +84,21 @@ fn expectation(positives: &[Rule]) -> Option<String> {
         (Rule::assign, "an expression"),
         (Rule::chain, "an expression"),
         (Rule::ident, "a name"),
+        (Rule::semi, "`;`"),
     ];
     let expression_starts = positives.contains(&Rule::float_lit) || positives.contains(&Rule::neg);
+    let statement = positives.contains(&Rule::if_kw);
     let mut words: Vec<&str> = Vec::new();
-    if positives.contains(&Rule::if_kw) {
+    if statement {
         words.push("a statement");
     } else if expression_starts {
         words.push("an expression");
     }
     for (rule, text) in WORDS {
-        let hidden = expression_starts && matches!(rule, Rule::ident | Rule::simple_type | Rule::type_spec);
+        let type_or_name = matches!(rule, Rule::ident | Rule::simple_type | Rule::type_spec);
+        let hidden = expression_starts && type_or_name
+            || statement && (type_or_name || matches!(rule, Rule::lbrace | Rule::block | Rule::semi))
+            || positives.contains(&Rule::shader_kind) && type_or_name;
         if positives.contains(&rule) && !words.contains(&text) && !hidden {
             words.push(text);
         }
@@ -101,48 +132,62 @@ fn token_at(text: &str, at: usize) -> &str {
     }
 }
 
-fn is_reserved(word: &str) -> bool {
-    const RESERVED: [&str; 31] = [
-        "bool",
-        "case",
-        "char",
-        "class",
-        "const",
-        "default",
-        "double",
-        "enum",
-        "extern",
-        "false",
-        "friend",
-        "inline",
-        "long",
-        "private",
-        "protected",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "switch",
-        "template",
-        "this",
-        "true",
-        "typedef",
-        "uniform",
-        "union",
-        "unsigned",
-        "varying",
-        "virtual",
-        "illuminance",
-        "illuminate",
-    ];
-    RESERVED.contains(&word)
-}
-
-fn help_for(found: &str) -> Option<&'static str> {
-    Some(match found {
-        "]" => "metadata closes with `]]`",
-        "light" => "OSL has no light shaders: lights are surfaces with emission()",
-        "=" => "a comparison is written `==`",
+/// What to write instead of a word that other languages have and OSL only reserves.
+fn instead_of(reserved: &str) -> Option<&'static str> {
+    Some(match reserved {
+        "bool" | "char" | "long" | "short" | "signed" | "unsigned" => "the integer type of OSL is `int`",
+        "double" => "the floating-point type of OSL is `float`",
+        "true" => "write `1`",
+        "false" => "write `0`",
+        "const" | "static" | "inline" | "extern" | "uniform" | "varying" => "leave it out",
+        "switch" | "case" | "default" => "use `if` and `else`",
+        "enum" | "typedef" | "template" => "a macro may do: `#define`",
+        "class" | "union" | "friend" | "private" | "protected" | "this" | "virtual" | "sizeof" => {
+            "choose another name; OSL has no such construct"
+        }
+        "illuminance" | "illuminate" => "OSL has no light loops: the renderer gathers light for the closures in Ci",
         _ => return None,
     })
+}
+
+fn help_for(found: &str, positives: &[Rule]) -> Option<&'static str> {
+    Some(match found {
+        "]" if positives.contains(&Rule::metadata_end) => "metadata closes with `]]`",
+        "=" if positives.contains(&Rule::lparen) => "variables stand inside of shaders and functions",
+        "=" if positives.contains(&Rule::ident) => "the type comes first: `type name = value`",
+        "else" => "there is no `if` in front of this `else`",
+        _ => return None,
+    })
+}
+
+/// The innermost bracket that is open at a byte of the text, and where it stands.
+fn open_bracket(text: &str, at: usize) -> Option<(char, usize)> {
+    let mut open = Vec::new();
+    let mut in_string = false;
+    let mut escaped = false;
+    for (i, c) in text[..at].char_indices() {
+        match c {
+            _ if escaped => escaped = false,
+            '\\' if in_string => escaped = true,
+            '"' => in_string = !in_string,
+            _ if in_string => {}
+            '(' | '[' | '{' => open.push((c, i)),
+            ')' | ']' | '}' => {
+                open.pop();
+            }
+            _ => {}
+        }
+    }
+    open.pop()
+}
+
+/// The run of letters, digits and dots around a byte, when it starts like a number and goes on as none.
+fn bad_number(text: &str, at: usize) -> Option<(usize, &str)> {
+    let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    let start = text[..at].rfind(|c: char| !part(c)).map_or(0, |i| i + 1);
+    let len = text[start..].find(|c: char| !part(c)).unwrap_or(text.len() - start);
+    let word = &text[start..start + len];
+    let numeric = word.starts_with(|c: char| c.is_ascii_digit())
+        || word.starts_with('.') && word[1..].starts_with(|c: char| c.is_ascii_digit());
+    (numeric && (word.parse::<f64>().is_err() || word.contains('_'))).then_some((start, word))
 }

@@ -3,7 +3,7 @@
 //! In: [`Preprocessed`] text. Out: [`ast::File`], or syntax errors. No pest type leaves this module; it must know neither
 //! types nor the IR.
 //!
-//! Codes: `E1001` unexpected token, `E1002` nested too deeply, `E1003` integer out of range, `E1004` bad string escape,
+//! Codes: `E1001` unexpected token, `E1002` nested too deeply, `E1003` integer out of range,
 //! `E1005` reserved word.
 
 mod build;

@@ -17,6 +17,9 @@ type Slots = BTreeSet<u32>;
 
 /// Rewrites all closures. Afterwards no value or used local has type `Closure`.
 pub fn closures(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
+    if let Some(d) = too_many(shader) {
+        return Err(vec![d]);
+    }
     let mut pass = Pass {
         reach: Reach::of(shader),
         shader,
@@ -31,6 +34,23 @@ pub fn closures(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
     Ok(())
 }
 
+/// Most closure calls of a shader: each weight of a sum is carried on its own, and this bounds the square.
+const MAX_CALLS: usize = 1_000;
+
+fn too_many(shader: &Shader) -> Option<Diagnostic> {
+    let mut calls = Vec::new();
+    for block in shader.blocks() {
+        block.walk(&mut |s| match s {
+            Stmt::Let(id) if matches!(shader.values[id.0 as usize].inst, Inst::Closure(..)) => calls.push(*id),
+            _ => {}
+        });
+    }
+    let span = shader.values[calls.get(MAX_CALLS)?.0 as usize].span;
+    let message =
+        format!("the shader calls closures in more than {MAX_CALLS} places once loops and functions are unfolded");
+    Some(Diagnostic::error("E4005", span, message).help("sum weights first, then call the closure once"))
+}
+
 /// Which slots can be part of which value and local, whatever the flow of control.
 struct Reach {
     values: HashMap<ValueId, Slots>,
@@ -42,10 +62,14 @@ impl Reach {
         let mut reach = Reach { values: HashMap::new(), locals: HashMap::new() };
         let mut lets = Vec::new();
         let mut stores = Vec::new();
+        let mut copies = Vec::new();
         for block in shader.blocks() {
             block.walk(&mut |s| match s {
                 Stmt::Let(id) if shader.values[id.0 as usize].ty == Ty::Closure => lets.push(*id),
-                Stmt::Store(l, v) if shader.locals[l.0 as usize].ty == Ty::Closure => stores.push((*l, *v)),
+                Stmt::Store(l, v) | Stmt::StoreElem(l, _, v) if shader.locals[l.0 as usize].ty == Ty::Closure => {
+                    stores.push((*l, *v));
+                }
+                Stmt::CopyArray(a, b) if shader.locals[a.0 as usize].ty == Ty::Closure => copies.push((*a, *b)),
                 _ => {}
             });
         }
@@ -63,6 +87,13 @@ impl Reach {
                 into.extend(set);
                 grown |= into.len() > before;
             }
+            for (to, from) in &copies {
+                let set = reach.locals.get(from).cloned().unwrap_or_default();
+                let into = reach.locals.entry(*to).or_default();
+                let before = into.len();
+                into.extend(set);
+                grown |= into.len() > before;
+            }
             if !grown {
                 return reach;
             }
@@ -73,7 +104,7 @@ impl Reach {
         let get = |v: &ValueId| self.values.get(v).cloned().unwrap_or_default();
         match &shader.values[id.0 as usize].inst {
             Inst::Closure(..) => Slots::from([id.0]),
-            Inst::Load(l) => self.locals.get(l).cloned().unwrap_or_default(),
+            Inst::Load(l) | Inst::LoadElem(l, _) => self.locals.get(l).cloned().unwrap_or_default(),
             Inst::ScaleClosure(a, _) => get(a),
             Inst::AddClosure(a, b) | Inst::Select(_, a, b) => &get(a) | &get(b),
             _ => Slots::new(),
@@ -94,20 +125,9 @@ struct Pass<'a> {
 
 impl Pass<'_> {
     fn unsupported(&self) -> Option<Diagnostic> {
-        let array = self.shader.locals.iter().any(|l| l.ty == Ty::Closure && l.len.is_some());
-        let param = self.shader.params.iter().find(|p| {
-            let local = &self.shader.locals[p.local.0 as usize];
-            local.ty == Ty::Closure && (local.len.is_some() || p.varying)
-        });
-        if let Some(p) = param {
-            return Some(Diagnostic::not_yet("E4004", p.span, format!("closure parameter `{}`", p.name)));
-        }
-        array.then(|| {
-            Diagnostic::global(
-                "E4004",
-                format!("shader `{}`: arrays of closures are not supported yet", self.shader.name),
-            )
-        })
+        let is_closure = |l: LocalId| self.shader.locals[l.0 as usize].ty == Ty::Closure;
+        let param = self.shader.params.iter().find(|p| is_closure(p.local) && p.varying);
+        param.map(|p| Diagnostic::not_yet("E4004", p.span, format!("varying closure parameter `{}`", p.name)))
     }
 
     fn run(&mut self) {
@@ -140,6 +160,7 @@ impl Pass<'_> {
         let index = self.calls.keys().position(|k| *k == slot).unwrap_or(0);
         let name = format!("{}_w{index}", self.shader.locals[local.0 as usize].name);
         let id = self.add_local(name, Ty::Triple);
+        self.shader.locals[id.0 as usize].len = self.shader.locals[local.0 as usize].len;
         self.weights.insert((local, slot), id);
         id
     }
@@ -157,7 +178,17 @@ impl Pass<'_> {
             match stmt {
                 Stmt::Let(id) => self.value(id, &mut out),
                 Stmt::Store(local, value) if self.shader.locals[local.0 as usize].ty == Ty::Closure => {
-                    self.store(local, value, &mut out);
+                    self.store(local, None, value, &mut out);
+                }
+                Stmt::StoreElem(local, index, value) if self.shader.locals[local.0 as usize].ty == Ty::Closure => {
+                    self.store(local, Some(index), value, &mut out);
+                }
+                Stmt::CopyArray(to, from) if self.shader.locals[to.0 as usize].ty == Ty::Closure => {
+                    // Slots that the source never has get an array of zeros to copy from: its weights are never stored.
+                    for slot in self.reach.locals.get(&to).cloned().unwrap_or_default() {
+                        let (a, b) = (self.weight(to, slot), self.weight(from, slot));
+                        out.stmts.push(Stmt::CopyArray(a, b));
+                    }
                 }
                 Stmt::If(cond, a, b) => {
                     let a = self.block(a);
@@ -181,8 +212,9 @@ impl Pass<'_> {
         out
     }
 
-    /// `local = value`: every slot that can be in the local gets its weight, zero for those not in the value.
-    fn store(&mut self, local: LocalId, value: ValueId, out: &mut Block) {
+    /// `local = value` or `local[index] = value`: every slot that can be in the local gets its weight, zero for those not in
+    /// the value.
+    fn store(&mut self, local: LocalId, index: Option<ValueId>, value: ValueId, out: &mut Block) {
         let span = self.shader.values[value.0 as usize].span;
         let given = self.values.get(&value).cloned().unwrap_or_default();
         for slot in self.reach.locals.get(&local).cloned().unwrap_or_default() {
@@ -191,7 +223,10 @@ impl Pass<'_> {
                 None => self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span),
             };
             let target = self.weight(local, slot);
-            out.stmts.push(Stmt::Store(target, weight));
+            out.stmts.push(match index {
+                Some(index) => Stmt::StoreElem(target, index, weight),
+                None => Stmt::Store(target, weight),
+            });
         }
     }
 
@@ -215,6 +250,15 @@ impl Pass<'_> {
                 for slot in slots {
                     let local = self.weight(*l, slot);
                     list.push((slot, self.emit(out, Inst::Load(local), Ty::Triple, span)));
+                }
+                list
+            }
+            Inst::LoadElem(l, index) => {
+                let slots = self.reach.locals.get(l).cloned().unwrap_or_default();
+                let mut list = Vec::new();
+                for slot in slots {
+                    let local = self.weight(*l, slot);
+                    list.push((slot, self.emit(out, Inst::LoadElem(local, *index), Ty::Triple, span)));
                 }
                 list
             }

@@ -4,7 +4,7 @@
 //! They must not know the syntax tree or any target.
 //!
 //! Codes: `E4001` unknown parameter, `E4002` value does not fit a parameter, `E4003` closures in a loop that cannot be
-//! unrolled, `E4004` closures not supported yet here.
+//! unrolled, `E4004` closures not supported yet here, `E4005` too many closure calls.
 
 mod closures;
 mod fold;

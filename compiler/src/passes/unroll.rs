@@ -13,6 +13,9 @@ use std::collections::HashMap;
 /// Most turns of an unrolled loop.
 const MAX_TURNS: usize = 256;
 
+/// Most values that unrolling may grow a shader to: loops inside each other multiply.
+const MAX_VALUES: usize = 2_000_000;
+
 /// Whether a closure is made inside. Loops that only load and add closures made before are fine.
 pub(super) fn holds_closures(shader: &Shader, l: &Loop) -> bool {
     closure_call(shader, l).is_some()
@@ -45,6 +48,9 @@ impl Folder<'_> {
     pub(super) fn unroll(&mut self, l: Loop, out: &mut Block) {
         let span = closure_call(self.shader, &l);
         for turn in 0..=MAX_TURNS {
+            if self.shader.values.len() > MAX_VALUES {
+                return self.refuse(span, true);
+            }
             if !(l.tested_after && turn == 0) {
                 let mut map = HashMap::new();
                 let head = self.copy(&l.head, &mut map);

@@ -103,12 +103,31 @@ impl Parser<'_> {
         let Some(token) = self.tokens.get(self.at) else { return Err("an expression is missing".into()) };
         self.at += 1;
         match token.kind {
+            Kind::Char => character(token.str()).map(Some),
             // A name that is no macro counts as 0 (C11 6.10.1, paragraph 4).
             Kind::Ident => Ok(Some(0)),
             Kind::Number => integer(token.str()).map(Some),
             _ => Err(format!("`{}` is unexpected here", token.str())),
         }
     }
+}
+
+/// The value of `'a'`. Only `#if` has character constants.
+fn character(text: &str) -> Result<i64, String> {
+    let inner = text.strip_prefix('\'').and_then(|t| t.strip_suffix('\'')).unwrap_or("");
+    let mut letters = inner.chars();
+    let value = match (letters.next(), letters.next(), letters.next()) {
+        (Some('\\'), Some(c), None) => match c {
+            'n' => Some('\n'),
+            't' => Some('\t'),
+            'r' => Some('\r'),
+            '0' => Some('\0'),
+            other => Some(other),
+        },
+        (Some(c), None, None) => Some(c),
+        _ => None,
+    };
+    value.map(|c| c as i64).ok_or_else(|| format!("{text} is not a character"))
 }
 
 fn integer(text: &str) -> Result<i64, String> {

@@ -119,6 +119,7 @@ impl<'a> Run<'a> {
             let active = conditionals.iter().all(|c| c.active);
             lexer.lenient = !active;
             let first = lexer.next();
+            self.errors.append(&mut lexer.problems);
             if first.kind == Kind::End {
                 break;
             }

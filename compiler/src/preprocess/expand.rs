@@ -37,17 +37,22 @@ pub(super) struct Expander<'a> {
     peeked: Option<Token>,
     /// Tokens produced; bounds exponential growth.
     pub produced: usize,
+    /// Arguments inside of arguments around this expansion.
+    depth: usize,
 }
 
-/// Most tokens that macros of one file may produce.
-const MAX_PRODUCED: usize = 50_000_000;
+/// Most tokens that the macros of one line may produce.
+const MAX_PRODUCED: usize = 4_000_000;
+
+/// Most arguments of macros inside each other: each level reads all that is inside of it.
+const MAX_ARGUMENTS: usize = 256;
 
 /// Most replacements inside each other.
 const MAX_NESTING: usize = 1_000;
 
 impl<'a> Expander<'a> {
     pub fn new(macros: &'a Macros, sources: &'a SourceMap) -> Self {
-        Expander { macros, sources, problems: Vec::new(), stack: Vec::new(), peeked: None, produced: 0 }
+        Expander { macros, sources, problems: Vec::new(), stack: Vec::new(), peeked: None, produced: 0, depth: 0 }
     }
 
     /// Whether nothing waits here, so that the base may be read directly.
@@ -125,8 +130,7 @@ impl<'a> Expander<'a> {
                 },
             };
             if self.stack.len() >= MAX_NESTING || self.produced > MAX_PRODUCED {
-                let message = format!("macro `{}` expands to too much", token.str());
-                self.problems.push(Diagnostic::error("E0007", token.span, message));
+                self.too_much(&token);
                 self.stack.clear();
                 return token;
             }
@@ -136,6 +140,15 @@ impl<'a> Expander<'a> {
             }
             self.produced += body.len();
             self.stack.push(Replacement { tokens: body.into_iter(), name: token.str().to_string() });
+        }
+    }
+
+    /// Reports once that a use of a macro is given up.
+    fn too_much(&mut self, token: &Token) {
+        if !self.problems.iter().any(|d| d.code == "E0007") {
+            let message = format!("macro `{}` expands to too much", token.str());
+            let help = "a macro that repeats its argument, or others, doubles the text at each level";
+            self.problems.push(Diagnostic::error("E0007", token.span, message).help(help));
         }
     }
 
@@ -269,16 +282,20 @@ impl<'a> Expander<'a> {
     fn expand_argument(&mut self, arg: &[Token]) -> Vec<Token> {
         let has_macro = arg.iter().any(|t| t.kind == Kind::Ident && !t.painted);
         if !has_macro || self.produced > MAX_PRODUCED {
+            // Past the limit it was reported already.
             return arg.to_vec();
         }
         let mut inner = Expander::new(self.macros, self.sources);
-        inner.produced = self.produced;
-        let names: Vec<String> = self.stack.iter().map(|r| r.name.clone()).collect();
-        if names.len() > 200 {
+        (inner.produced, inner.depth) = (self.produced, self.depth + 1);
+        if self.depth >= MAX_ARGUMENTS {
+            self.too_much(&arg[0]);
             return arg.to_vec();
         }
+        let names: Vec<String> = self.stack.iter().map(|r| r.name.clone()).collect();
         let out = expand_list(&mut inner, arg, names);
         self.produced = inner.produced;
+        let known = self.problems.iter().any(|d| d.code == "E0007");
+        inner.problems.retain(|d| !(known && d.code == "E0007"));
         self.problems.append(&mut inner.problems);
         out
     }
@@ -304,6 +321,9 @@ pub(super) fn expand_list(expander: &mut Expander, tokens: &[Token], active: Vec
         }
         out.push(token);
         if expander.produced > MAX_PRODUCED {
+            if let Some(first) = tokens.first() {
+                expander.too_much(first);
+            }
             return out;
         }
     }

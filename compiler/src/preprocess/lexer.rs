@@ -11,6 +11,8 @@ pub(super) enum Kind {
     Ident,
     Number,
     Str,
+    /// `'a'`: a value in `#if`, an error of the parser elsewhere.
+    Char,
     Punct,
     /// End of a line that is not joined.
     Newline,
@@ -159,6 +161,10 @@ impl Lexer {
             b'0'..=b'9' => self.number(),
             b'.' if self.rest().get(1).is_some_and(u8::is_ascii_digit) => self.number(),
             b'"' => return self.string(spaced),
+            b'\'' if self.character() > 0 => {
+                self.at += self.character();
+                Kind::Char
+            }
             _ => {
                 let long = LONG.iter().find(|p| self.rest().starts_with(p.as_bytes()));
                 self.at += long.map_or(1, |p| p.len());
@@ -189,6 +195,17 @@ impl Lexer {
             } else {
                 return Kind::Number;
             }
+        }
+    }
+
+    /// Length of a character constant here; 0 when there is only a lone quote.
+    fn character(&self) -> usize {
+        let text = &self.file.text[self.at + 1..];
+        let escaped = text.starts_with('\\');
+        let mut letters = text.char_indices().skip(if escaped { 1 } else { 0 });
+        match (letters.next(), letters.next()) {
+            (Some((_, c)), Some((end, '\''))) if c != '\n' && (escaped || c != '\'') => end + 2,
+            _ => 0,
         }
     }
 

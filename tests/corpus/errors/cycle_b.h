@@ -1,0 +1,2 @@
+// The other half.
+#include "cycle_a.h"
