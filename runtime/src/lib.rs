@@ -4,4 +4,5 @@
 
 pub mod assemble;
 pub mod device;
+pub mod film;
 pub mod scene;
