@@ -118,7 +118,7 @@ mod tests {
         close(area, 22.0);
         close(volume, 6.0);
         close(measure(&quad(Vec2::new(2.0, 3.0))).0, 6.0);
-        close(measure(&disk(2.0, 64)).0, 3.14159);
+        close(measure(&disk(2.0, 64)).0, TAU / 2.0);
         for mesh in [quad(Vec2::ONE), disk(1.0, 8)] {
             let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
             assert!((b - a).cross(c - a).z > 0.0, "{} faces down", mesh.name);
