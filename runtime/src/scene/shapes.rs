@@ -18,8 +18,9 @@ pub fn quad(size: Vec2) -> Mesh {
     }
 }
 
-/// A disk in the xy plane, front side +z; uv as of the square around it. `segments` at least 3.
+/// A disk in the xy plane, front side +z; uv as of the square around it. Fewer than 3 `segments` count as 3.
 pub fn disk(diameter: f32, segments: u32) -> Mesh {
+    let segments = segments.max(3);
     let rim = |i: u32| Vec2::from_angle(TAU * i as f32 / segments as f32) * 0.5;
     let points: Vec<Vec2> = (0..segments).map(rim).collect();
     let mut triangles = Vec::new();
@@ -55,8 +56,9 @@ pub fn cube(size: Vec3) -> Mesh {
 }
 
 /// A ball with its axis along z, smooth; u once around from +x by +y, v from the bottom to the top.
-/// `around` at least 3, `up` at least 2.
+/// Fewer than 3 `around` count as 3, fewer than 2 `up` as 2.
 pub fn sphere(diameter: f32, around: u32, up: u32) -> Mesh {
+    let (around, up) = (around.max(3), up.max(2));
     let mut mesh = Mesh { name: "sphere".to_string(), ..Mesh::default() };
     for j in 0..=up {
         for i in 0..=around {
@@ -116,7 +118,7 @@ mod tests {
         close(area, 22.0);
         close(volume, 6.0);
         close(measure(&quad(Vec2::new(2.0, 3.0))).0, 6.0);
-        close(measure(&disk(2.0, 64)).0, 3.14159);
+        close(measure(&disk(2.0, 64)).0, TAU / 2.0);
         for mesh in [quad(Vec2::ONE), disk(1.0, 8)] {
             let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
             assert!((b - a).cross(c - a).z > 0.0, "{} faces down", mesh.name);

@@ -1,0 +1,192 @@
+//! Pictures: linear RGB radiance in memory, EXR and PNG on disk.
+//!
+//! In: pixels. Out: files that are replaced as a whole or not at all. It must not know scenes, devices or how pixels came.
+
+pub mod compare;
+mod store;
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+/// A picture: linear Rec.709 radiance.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// `width * height` pixels, row by row from the top left.
+    pub pixels: Vec<[f32; 3]>,
+    /// Names and values that EXR files carry along, such as samples and seed.
+    pub attributes: Vec<(String, String)>,
+}
+
+/// Why a picture can't be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file's name doesn't tell its format.
+    #[error("{}: a picture's name must end in .exr or .png", path.display())]
+    UnknownExtension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file's folder is not there.
+    #[error("{}: there is no folder {}", path.display(), folder.display())]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// The file's name is that of a folder.
+    #[error("{}: this is a folder", path.display())]
+    IsFolder {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The system refused.
+    #[error("{}: cannot write: {cause}", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The file can't be read.
+    #[error("{}: cannot read: {cause}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system or the decoder said.
+        cause: String,
+    },
+    /// The encoder refused.
+    #[error("{}: cannot encode: {cause}", path.display())]
+    Encoding {
+        /// The file.
+        path: PathBuf,
+        /// What the encoder said.
+        cause: String,
+    },
+    /// A picture of no pixels, or with a list of another length than its size says.
+    #[error("{}: {width} x {height} pixels, but a list of {count}", path.display())]
+    Size {
+        /// The file.
+        path: PathBuf,
+        /// Pixels across.
+        width: usize,
+        /// Pixels down.
+        height: usize,
+        /// Pixels in the list.
+        count: usize,
+    },
+}
+
+#[derive(Clone, Copy)]
+enum Format {
+    Exr,
+    Png,
+}
+
+/// Whether a picture could be written to `path`: extension, folder, and the right to write there. Call it before
+/// rendering. It leaves nothing behind.
+pub fn check_output(path: &Path) -> Result<(), Error> {
+    format(path)?;
+    store::probe(path)
+}
+
+/// Writes a picture, as EXR (32-bit float, linear) or PNG (8 bits, sRGB) by the file's extension. `exposure` in stops
+/// brightens PNG only. A file that was there before stays whole until the new one is complete.
+pub fn write(path: &Path, picture: &Picture, exposure: f32) -> Result<(), Error> {
+    let format = format(path)?;
+    let Picture { width, height, .. } = *picture;
+    let count = picture.pixels.len();
+    if count == 0 || width.checked_mul(height) != Some(count) {
+        return Err(Error::Size { path: path.to_path_buf(), width, height, count });
+    }
+    let encoded = match format {
+        Format::Exr => encode_exr(picture),
+        Format::Png => encode_png(picture, exposure),
+    };
+    let bytes = encoded.map_err(|cause| Error::Encoding { path: path.to_path_buf(), cause })?;
+    store::replace(path, &bytes)
+}
+
+/// Reads the channels R, G and B (float or half) of an EXR file's first layer that has them.
+pub fn read_exr(path: &Path) -> Result<Picture, Error> {
+    use exr::prelude::*;
+    let unreadable = |cause: String| self::Error::Unreadable { path: path.to_path_buf(), cause };
+    let bytes = std::fs::read(path).map_err(|cause| unreadable(cause.to_string()))?;
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| Picture {
+                width: size.width(),
+                height: size.height(),
+                pixels: vec![[0.0; 3]; size.area()],
+                attributes: Vec::new(),
+            },
+            |picture: &mut Picture, at, (r, g, b): (f32, f32, f32)| {
+                picture.pixels[at.y() * picture.width + at.x()] = [r, g, b];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|cause| unreadable(cause.to_string()))?;
+    let mut picture = image.layer_data.channel_data.pixels;
+    for (name, value) in &image.layer_data.attributes.other {
+        if let AttributeValue::Text(text) = value {
+            picture.attributes.push((name.to_string(), text.to_string()));
+        }
+    }
+    picture.attributes.sort();
+    Ok(picture)
+}
+
+fn format(path: &Path) -> Result<Format, Error> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    match extension.to_ascii_lowercase().as_str() {
+        "exr" => Ok(Format::Exr),
+        "png" => Ok(Format::Png),
+        _ => Err(Error::UnknownExtension { path: path.to_path_buf() }),
+    }
+}
+
+fn encode_exr(picture: &Picture) -> Result<Vec<u8>, String> {
+    use exr::prelude::*;
+    let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
+        let [r, g, b] = picture.pixels[at.y() * picture.width + at.x()];
+        (r, g, b)
+    });
+    let mut attributes = LayerAttributes::default();
+    for (name, value) in &picture.attributes {
+        let text = |s: &str| Text::new_or_none(s).ok_or_else(|| format!("`{s}` is not Latin-1 text"));
+        attributes.other.insert(text(name)?, AttributeValue::Text(text(value)?));
+    }
+    let size = (picture.width, picture.height);
+    let layer = Layer::new(size, attributes, Encoding::SMALL_FAST_LOSSLESS, channels);
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|cause| cause.to_string())?;
+    Ok(bytes.into_inner())
+}
+
+fn encode_png(picture: &Picture, exposure: f32) -> Result<Vec<u8>, String> {
+    use image::ImageEncoder;
+    let gain = exposure.exp2();
+    let samples: Vec<u8> = picture.pixels.iter().flatten().map(|radiance| srgb(radiance * gain)).collect();
+    let side = |n: usize| u32::try_from(n).map_err(|_| format!("{n} pixels are too many"));
+    let mut bytes = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut bytes)
+        .write_image(&samples, side(picture.width)?, side(picture.height)?, image::ExtendedColorType::Rgb8)
+        .map_err(|cause| cause.to_string())?;
+    Ok(bytes)
+}
+
+/// The transfer function of IEC 61966-2-1, rounded to 8 bits. NaN is black.
+fn srgb(linear: f32) -> u8 {
+    let clamped = if linear.is_nan() { 0.0 } else { linear.clamp(0.0, 1.0) };
+    let encoded = if clamped <= 0.0031308 { 12.92 * clamped } else { 1.055 * clamped.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * encoded + 0.5) as u8
+}
