@@ -3,6 +3,7 @@
 //! In: a scene, a device, settings. Out: a picture and a summary. It must not know the command line or picture files.
 
 use crate::device::Device;
+use crate::film::Picture;
 use crate::materials::{self, Compiled};
 use crate::plan::Plan;
 use crate::precision::Precision;
@@ -87,19 +88,6 @@ pub struct Summary {
     pub warnings: Vec<String>,
 }
 
-/// A picture: radiance, linear Rec. 709, W / (m^2 sr) per channel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-    /// 3, or 4 when the scene cuts holes into alpha.
-    pub channels: u32,
-    /// Rows from the top, channels interleaved.
-    pub data: Vec<f64>,
-}
-
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
 pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Error> {
     scene.check()?;
@@ -123,7 +111,7 @@ pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Err
 /// let scene = scene::load("scenes/gallery.toml".as_ref())?;
 /// let device = Device::open(None)?;
 /// let (picture, summary) = render::render(&scene, &device, &render::Options::default(), &mut |_| {})?;
-/// assert_eq!(picture.data.len() as u32, picture.width * picture.height * picture.channels);
+/// assert_eq!(picture.pixels.len(), picture.width * picture.height);
 /// println!("{} rays in {:?}", summary.counts.rays, summary.render_time);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -178,8 +166,7 @@ pub fn render(
     let counts = wavefront.counts()?;
     wavefront.log_times();
     let bytes_per_path = plan.layout.bytes_per_path(options.precision.real_bytes());
-    let picture =
-        Picture { width: scene.film.width, height: scene.film.height, channels: plan.layout.film_channels(), data };
+    let picture = picture(scene, options, done, &data, plan.layout.film_channels() as usize);
     drop(wavefront);
     let summary = Summary {
         device: device.info.name.clone(),
@@ -194,6 +181,25 @@ pub fn render(
         warnings: compiled.warnings,
     };
     Ok((picture, summary))
+}
+
+/// The film's numbers as a picture.
+fn picture(scene: &Scene, options: &Options, samples: u32, data: &[f64], channels: usize) -> Picture {
+    let pixels = data.chunks(channels).map(|p| [p[0] as f32, p[1] as f32, p[2] as f32]).collect();
+    let alpha = if channels > 3 { data.chunks(channels).map(|p| p[3] as f32).collect() } else { Vec::new() };
+    let attributes = [
+        ("oslcl:samples", samples.to_string()),
+        ("oslcl:seed", scene.integrator.seed.to_string()),
+        ("oslcl:max_depth", scene.integrator.max_depth.to_string()),
+        ("oslcl:precision", format!("{:?}", options.precision).to_lowercase()),
+    ];
+    Picture {
+        width: scene.film.width as usize,
+        height: scene.film.height as usize,
+        pixels,
+        alpha,
+        attributes: attributes.map(|(name, value)| (name.to_owned(), value)).to_vec(),
+    }
 }
 
 /// Samples of the next pass under a time limit: as many as the speed so far lets hope for, at most as many again as are

@@ -2,8 +2,9 @@
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use oslcl_runtime::device::Device;
+use oslcl_runtime::film::Picture;
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::render::{self, Options, Picture, Summary};
+use oslcl_runtime::render::{self, Options, Summary};
 use oslcl_runtime::scene::{Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene};
 use std::path::PathBuf;
 
@@ -88,11 +89,4 @@ pub fn render(scene: &Scene, precision: Precision) -> (Picture, Summary) {
     let device = Device::open(None).expect("an OpenCL device");
     let options = Options { precision, time_limit: None };
     render::render(scene, &device, &options, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"))
-}
-
-/// The mean of each channel.
-pub fn mean(picture: &Picture) -> Vec<f64> {
-    let pixels = f64::from(picture.width * picture.height);
-    let channels = picture.channels as usize;
-    (0..channels).map(|c| picture.data.iter().skip(c).step_by(channels).sum::<f64>() / pixels).collect()
 }

@@ -10,6 +10,8 @@ mod devices;
 mod files;
 mod info;
 mod params;
+mod plan;
+mod render;
 mod report;
 mod shade;
 mod sources;
@@ -35,6 +37,15 @@ pub enum Error {
     /// A shader can't be run over a grid.
     #[error(transparent)]
     Shade(#[from] oslcl_runtime::shade::Error),
+    /// A scene can't be loaded.
+    #[error(transparent)]
+    Scene(#[from] oslcl_runtime::scene::Error),
+    /// A scene can't be rendered.
+    #[error(transparent)]
+    Render(oslcl_runtime::render::Error),
+    /// A picture can't be written.
+    #[error(transparent)]
+    Film(#[from] oslcl_runtime::film::Error),
     /// A file can't be written.
     #[error("cannot write `{}`: {cause}", path.display())]
     Write {
@@ -59,6 +70,7 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Info(args) => info::run(args),
         Command::Devices => devices::run(),
         Command::Shade(args) => shade::run(args),
-        Command::Render(_) | Command::Plan(_) => Err(Error::Usage("this build has no renderer".to_owned())),
+        Command::Render(args) => render::run(args),
+        Command::Plan(args) => plan::run(args),
     }
 }

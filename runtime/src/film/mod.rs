@@ -17,6 +17,8 @@ pub struct Picture {
     pub height: usize,
     /// `width * height` pixels, row by row from the top left.
     pub pixels: Vec<[f32; 3]>,
+    /// How much of each pixel is not cut out, 0..=1, in the same order; empty when nothing is.
+    pub alpha: Vec<f32>,
     /// Names and values that EXR files carry along, such as samples and seed.
     pub attributes: Vec<(String, String)>,
 }
@@ -101,7 +103,8 @@ pub fn write(path: &Path, picture: &Picture, exposure: f32) -> Result<(), Error>
     let format = format(path)?;
     let Picture { width, height, .. } = *picture;
     let count = picture.pixels.len();
-    if count == 0 || width.checked_mul(height) != Some(count) {
+    let alpha_fits = picture.alpha.is_empty() || picture.alpha.len() == count;
+    if count == 0 || width.checked_mul(height) != Some(count) || !alpha_fits {
         return Err(Error::Size { path: path.to_path_buf(), width, height, count });
     }
     let encoded = match format {
@@ -125,6 +128,7 @@ pub fn read_exr(path: &Path) -> Result<Picture, Error> {
                 width: size.width(),
                 height: size.height(),
                 pixels: vec![[0.0; 3]; size.area()],
+                alpha: Vec::new(),
                 attributes: Vec::new(),
             },
             |picture: &mut Picture, at, (r, g, b): (f32, f32, f32)| {
@@ -156,30 +160,48 @@ fn format(path: &Path) -> Result<Format, Error> {
 
 fn encode_exr(picture: &Picture) -> Result<Vec<u8>, String> {
     use exr::prelude::*;
-    let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
-        let [r, g, b] = picture.pixels[at.y() * picture.width + at.x()];
-        (r, g, b)
-    });
     let mut attributes = LayerAttributes::default();
     for (name, value) in &picture.attributes {
         let text = |s: &str| Text::new_or_none(s).ok_or_else(|| format!("`{s}` is not Latin-1 text"));
         attributes.other.insert(text(name)?, AttributeValue::Text(text(value)?));
     }
     let size = (picture.width, picture.height);
-    let layer = Layer::new(size, attributes, Encoding::SMALL_FAST_LOSSLESS, channels);
+    let place = |at: Vec2<usize>| at.y() * picture.width + at.x();
+    let encoding = Encoding::SMALL_FAST_LOSSLESS;
     let mut bytes = Cursor::new(Vec::new());
-    Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|cause| cause.to_string())?;
+    let written = if picture.alpha.is_empty() {
+        let channels = SpecificChannels::rgb(|at: Vec2<usize>| <(f32, f32, f32)>::from(picture.pixels[place(at)]));
+        Image::from_layer(Layer::new(size, attributes, encoding, channels)).write().to_buffered(&mut bytes)
+    } else {
+        let channels = SpecificChannels::rgba(|at: Vec2<usize>| {
+            let [r, g, b] = picture.pixels[place(at)];
+            (r, g, b, picture.alpha[place(at)])
+        });
+        Image::from_layer(Layer::new(size, attributes, encoding, channels)).write().to_buffered(&mut bytes)
+    };
+    written.map_err(|cause| cause.to_string())?;
     Ok(bytes.into_inner())
 }
 
 fn encode_png(picture: &Picture, exposure: f32) -> Result<Vec<u8>, String> {
     use image::ImageEncoder;
     let gain = exposure.exp2();
-    let samples: Vec<u8> = picture.pixels.iter().flatten().map(|radiance| srgb(radiance * gain)).collect();
+    let (samples, color) = if picture.alpha.is_empty() {
+        let samples: Vec<u8> = picture.pixels.iter().flatten().map(|radiance| srgb(radiance * gain)).collect();
+        (samples, image::ExtendedColorType::Rgb8)
+    } else {
+        // Radiance is what is seen, alpha included; PNG wants it before that.
+        let pixel = |([r, g, b], a): (&[f32; 3], &f32)| {
+            let full = |x: f32| srgb(x * gain / a.max(1e-6));
+            [full(*r), full(*g), full(*b), (255.0 * a.clamp(0.0, 1.0) + 0.5) as u8]
+        };
+        let samples = picture.pixels.iter().zip(&picture.alpha).flat_map(pixel).collect();
+        (samples, image::ExtendedColorType::Rgba8)
+    };
     let side = |n: usize| u32::try_from(n).map_err(|_| format!("{n} pixels are too many"));
     let mut bytes = Vec::new();
     image::codecs::png::PngEncoder::new(&mut bytes)
-        .write_image(&samples, side(picture.width)?, side(picture.height)?, image::ExtendedColorType::Rgb8)
+        .write_image(&samples, side(picture.width)?, side(picture.height)?, color)
         .map_err(|cause| cause.to_string())?;
     Ok(bytes)
 }

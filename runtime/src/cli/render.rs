@@ -1,0 +1,124 @@
+//! `oslcl render`: a scene to a picture, with a progress bar and a summary.
+
+use super::args::RenderArgs;
+use super::{Error, report, terminal};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use oslcl_runtime::device::Device;
+use oslcl_runtime::film;
+use oslcl_runtime::precision::Precision;
+use oslcl_runtime::render::{self, Options, Progress, Summary};
+use oslcl_runtime::scene::{self, Film, Scene};
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Duration;
+
+/// Steps of the progress bar.
+const STEPS: u64 = 1000;
+
+/// Loads, renders, writes.
+pub fn run(args: &RenderArgs) -> Result<(), Error> {
+    // Better to hear of it now than after the work.
+    film::check_output(&args.output)?;
+    let mut scene = load(&args.scene)?;
+    override_by(&mut scene, args);
+    let device = Device::open(args.device.as_deref())?;
+    let options =
+        Options { precision: Precision::from(args.precision), time_limit: args.time.map(Duration::from_secs_f64) };
+    let bar = progress_bar(args.quiet);
+    let result = render::render(&scene, &device, &options, &mut |p| show(&bar, p));
+    bar.finish_and_clear();
+    let (picture, summary) = result.map_err(say)?;
+    for warning in &summary.warnings {
+        terminal::say(warning);
+    }
+    film::write(&args.output, &picture, args.exposure as f32)?;
+    if !args.quiet {
+        terminal::say(&describe(args, &summary));
+    }
+    Ok(())
+}
+
+/// Reads a scene.
+pub fn load(path: &Path) -> Result<Scene, Error> {
+    Ok(scene::load(path)?)
+}
+
+/// A material's diagnostics are shown as the compiler's always are.
+pub fn say(error: render::Error) -> Error {
+    match error {
+        render::Error::Material(e) => {
+            terminal::say(&format!("in material `{}`:\n", e.material));
+            report::report(&e.failure)
+        }
+        other => Error::Render(other),
+    }
+}
+
+fn override_by(scene: &mut Scene, args: &RenderArgs) {
+    if let Some((width, height)) = args.size {
+        scene.film = Film { width, height };
+    }
+    let integrator = &mut scene.integrator;
+    integrator.samples = args.spp.unwrap_or(integrator.samples);
+    integrator.max_depth = args.depth.unwrap_or(integrator.max_depth);
+    integrator.seed = args.seed.unwrap_or(integrator.seed);
+}
+
+fn progress_bar(quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
+    // A template that is wrong would show in the first render of whoever changed it.
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, p: &Progress) {
+    if bar.is_hidden() {
+        return;
+    }
+    bar.set_position(p.counts.samples * STEPS / p.total.max(1));
+    bar.set_message(format!(
+        "{:.1} of {:.1} Msamples, {:.2} Mrays/s",
+        p.counts.samples as f64 / 1e6,
+        p.total as f64 / 1e6,
+        rays_per_second(&p.counts, p.elapsed) / 1e6
+    ));
+}
+
+fn rays_per_second(counts: &oslcl_runtime::wavefront::Counts, time: Duration) -> f64 {
+    (counts.rays + counts.shadow_rays) as f64 / time.as_secs_f64().max(1e-9)
+}
+
+fn describe(args: &RenderArgs, s: &Summary) -> String {
+    let mut out = String::new();
+    let effects: Vec<&str> = s.plan.decisions.iter().filter(|d| d.is_on()).map(|d| d.effect.name()).collect();
+    let seconds = s.render_time.as_secs_f64();
+    let _ = writeln!(out, "picture    {}, {} samples per pixel", args.output.display(), s.samples);
+    let _ = writeln!(out, "device     {}", s.device);
+    let _ = writeln!(out, "effects    {}", effects.join(", "));
+    let _ = writeln!(
+        out,
+        "prepare    {:.2} s: materials {:.2}, programs {:.2}, geometry {:.2}",
+        (s.compile_time + s.build_time + s.geometry_time).as_secs_f64(),
+        s.compile_time.as_secs_f64(),
+        s.build_time.as_secs_f64(),
+        s.geometry_time.as_secs_f64()
+    );
+    let _ = writeln!(
+        out,
+        "render     {seconds:.2} s: {:.2} Msamples/s, {:.2} Mrays/s",
+        s.counts.samples as f64 / seconds.max(1e-9) / 1e6,
+        rays_per_second(&s.counts, s.render_time) / 1e6
+    );
+    let _ = writeln!(out, "rays       {} along paths, {} to lights", s.counts.rays, s.counts.shadow_rays);
+    let _ = writeln!(
+        out,
+        "state      {} bytes per path, {} values repaired, {} paths dropped",
+        s.bytes_per_path, s.counts.repaired, s.counts.dropped
+    );
+    out
+}
