@@ -5,6 +5,7 @@
 
 use super::args::SourceArgs;
 use oslcl_compiler::{Includes, Options, suggest};
+use oslcl_runtime::scene;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -60,12 +61,12 @@ pub fn read_or_shipped(path: &Path) -> Result<Source, Error> {
     if path.exists() || path.extension().is_some() || path.components().count() != 1 {
         return read(path);
     }
-    match shipped::shipped(&name) {
+    match scene::shipped(&name) {
         Some(text) => Ok(Source { name: format!("{name}.osl"), text: text.to_owned() }),
         None => {
-            let help = match suggest::closest(&name, shipped::names()) {
+            let help = match suggest::closest(&name, scene::names()) {
                 Some(near) => format!("\n  help: did you mean `{near}`?"),
-                None => format!("\n  help: the materials: {}", shipped::names().collect::<Vec<_>>().join(", ")),
+                None => format!("\n  help: the materials: {}", scene::names().collect::<Vec<_>>().join(", ")),
             };
             Err(Error::Unknown { name: name.into_owned(), help })
         }
@@ -128,41 +129,5 @@ impl Includes for Folders {
     fn read(&self, path: &str, from: Option<&str>, system: bool) -> Option<(String, Arc<str>)> {
         let beside = from.filter(|_| !system).map(|f| Path::new(f).parent().unwrap_or(Path::new("")).to_owned());
         beside.iter().chain(&self.folders).find_map(|folder| self.take(folder.join(path)))
-    }
-}
-
-/// The materials that ship with oslcl.
-mod shipped {
-    macro_rules! materials {
-        ($($name:literal),* $(,)?) => {
-            &[$(($name, include_str!(concat!("../../../shaders-osl/", $name, ".osl")))),*]
-        };
-    }
-
-    static MATERIALS: &[(&str, &str)] = materials![
-        "car_paint",
-        "checker",
-        "emitter",
-        "flat_sky",
-        "glass",
-        "marble",
-        "matte",
-        "matte_noise",
-        "metal",
-        "plastic",
-        "rough_glass",
-        "sky",
-        "velvet",
-        "wood",
-    ];
-
-    /// The source of a material.
-    pub fn shipped(name: &str) -> Option<&'static str> {
-        MATERIALS.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
-    }
-
-    /// All names.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        MATERIALS.iter().map(|(n, _)| *n)
     }
 }
