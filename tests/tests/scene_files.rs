@@ -69,7 +69,7 @@ fn pictures_are_replaced_whole() {
     std::fs::create_dir_all(&folder).expect("a temporary folder");
     let pixels = (0..40 * 33).map(|i| [i as f32, 0.5, -1e-9]).collect();
     let attributes = vec![("samples".to_string(), "64".to_string())];
-    let picture = Picture { width: 40, height: 33, pixels, attributes };
+    let picture = Picture { width: 40, height: 33, pixels, alpha: Vec::new(), attributes };
     let (exr, png) = (folder.join("a.exr"), folder.join("a.png"));
     for path in [&exr, &png] {
         film::check_output(path).expect("the folder is writable");

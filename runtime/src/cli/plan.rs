@@ -2,7 +2,7 @@
 
 use super::args::PlanArgs;
 use super::{Error, render, terminal};
-use oslcl_runtime::plan::{Effect, Plan};
+use oslcl_runtime::plan::Plan;
 use oslcl_runtime::precision::Precision;
 use serde_json::json;
 use std::fmt::Write;
