@@ -34,6 +34,8 @@ pub enum Command {
     Plan(PlanArgs),
     /// List the OpenCL devices.
     Devices,
+    /// Compare a picture with a reference: means, relative MSE, worst tile.
+    Compare(CompareArgs),
     /// Run a shader over a grid of points and write its output parameters.
     Shade(ShadeArgs),
 }
@@ -149,6 +151,15 @@ pub struct PlanArgs {
     /// How exact the arithmetic is.
     #[arg(long, value_enum, default_value = "standard")]
     pub precision: PrecisionArg,
+}
+
+/// Arguments of `oslcl compare`.
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// The picture (.exr).
+    pub picture: PathBuf,
+    /// The reference (.exr), of the same size.
+    pub reference: PathBuf,
 }
 
 /// Arguments of `oslcl shade`.

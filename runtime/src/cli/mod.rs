@@ -5,6 +5,7 @@
 
 pub mod args;
 mod check;
+mod compare;
 mod compile;
 mod devices;
 mod files;
@@ -68,6 +69,7 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Compile(args) => compile::run(args),
         Command::Check(args) => check::run(args),
         Command::Info(args) => info::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Devices => devices::run(),
         Command::Shade(args) => shade::run(args),
         Command::Render(args) => render::run(args),
