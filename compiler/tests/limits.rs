@@ -183,8 +183,8 @@ fn a_table_of_64k_elements_in_linear_time() {
     time(1 << 10);
     let (small, large) = (time(1 << 13), time(1 << 16));
     assert!(large < 40 * small + Duration::from_millis(500), "8 times the table: {small:?} became {large:?}");
-    let most = format!("shader s(output float f = 0) {{ float t[2000000000]; t[1] = u; f = t[(int)u]; }}");
-    codes(&most);
+    // A table that no device can hold is refused or written, but not built here.
+    codes("shader s(output float f = 0) { float t[2000000000]; t[1] = u; f = t[(int)u]; }");
 }
 
 #[test]

@@ -28,36 +28,96 @@ pub(super) enum Known {
     Value(ValueId),
 }
 
-/// What is known at a point.
-#[derive(Clone, Default)]
+/// What is known of one local; both `None`: nothing.
+type Facts = (Option<Known>, Option<Vec<Option<Const>>>);
+
+/// What is known at a point. Branches are undone by what they changed, so that one costs what it does, not what is known.
+#[derive(Default)]
 pub(super) struct State {
     singles: HashMap<LocalId, Known>,
     arrays: HashMap<LocalId, Vec<Option<Const>>>,
+    /// Per open branch: what was known, where it began, of the locals that it changed.
+    branches: Vec<HashMap<LocalId, Facts>>,
 }
 
 impl State {
+    fn facts(&self, local: LocalId) -> Facts {
+        (self.singles.get(&local).cloned(), self.arrays.get(&local).cloned())
+    }
+
+    /// To be called before each change.
+    fn note(&mut self, local: LocalId) {
+        if self.branches.last().is_some_and(|b| !b.contains_key(&local)) {
+            let facts = self.facts(local);
+            if let Some(branch) = self.branches.last_mut() {
+                branch.insert(local, facts);
+            }
+        }
+    }
+
+    fn set(&mut self, local: LocalId, known: Known) {
+        self.note(local);
+        self.singles.insert(local, known);
+    }
+
+    /// The elements of an array, to be changed.
+    fn elements(&mut self, local: LocalId, len: usize) -> &mut Vec<Option<Const>> {
+        self.note(local);
+        self.arrays.entry(local).or_insert_with(|| vec![None; len])
+    }
+
     fn forget(&mut self, local: LocalId) {
+        self.note(local);
         self.singles.remove(&local);
         self.arrays.remove(&local);
     }
 
-    /// What holds after either of two ways here; `before` held where they parted.
-    fn meet(before: &State, a: State, b: State) -> State {
-        let mut out = State::default();
-        for (local, known) in a.singles {
-            let agrees = b.singles.get(&local) == Some(&known);
-            // A value known before is visible after; one made in a branch is not.
-            let visible = matches!(known, Known::Const(_)) || before.singles.get(&local) == Some(&known);
-            if agrees && visible {
-                out.singles.insert(local, known);
+    fn enter(&mut self) {
+        self.branches.push(HashMap::new());
+    }
+
+    /// Ends a branch: what is known is as it was before; what it changed is the result.
+    fn leave(&mut self) -> HashMap<LocalId, Facts> {
+        let mut changed = HashMap::new();
+        for (local, (single, array)) in self.branches.pop().unwrap_or_default() {
+            let after = (self.singles.remove(&local), self.arrays.remove(&local));
+            if let Some(known) = single {
+                self.singles.insert(local, known);
+            }
+            if let Some(elements) = array {
+                self.arrays.insert(local, elements);
+            }
+            changed.insert(local, after);
+        }
+        changed
+    }
+
+    /// What holds after any of these ways here. A value that was known before is visible after; one made in a branch is
+    /// not.
+    fn meet(&mut self, ways: &[HashMap<LocalId, Facts>]) {
+        let mut changed: Vec<LocalId> = ways.iter().flat_map(|w| w.keys().copied()).collect();
+        changed.sort_unstable();
+        changed.dedup();
+        for local in changed {
+            let before = self.facts(local);
+            let (mut single, mut array) = match ways.first().and_then(|w| w.get(&local)) {
+                Some(facts) => facts.clone(),
+                None => before.clone(),
+            };
+            for way in &ways[1..] {
+                let other = way.get(&local).unwrap_or(&before);
+                single = single.filter(|k| other.0.as_ref() == Some(k));
+                array = array.filter(|a| other.1.as_ref() == Some(a));
+            }
+            let single = single.filter(|k| matches!(k, Known::Const(_)) || before.0.as_ref() == Some(k));
+            self.forget(local);
+            if let Some(known) = single {
+                self.singles.insert(local, known);
+            }
+            if let Some(elements) = array {
+                self.arrays.insert(local, elements);
             }
         }
-        for (local, elements) in a.arrays {
-            if b.arrays.get(&local) == Some(&elements) {
-                out.arrays.insert(local, elements);
-            }
-        }
-        out
     }
 }
 
@@ -159,7 +219,7 @@ impl Folder<'_> {
                     Some(c) => Known::Const(c.clone()),
                     None => Known::Value(value),
                 };
-                self.state.singles.insert(local, known);
+                self.state.set(local, known);
                 out.stmts.push(Stmt::Store(local, value));
             }
             Stmt::StoreElem(local, index, value) => {
@@ -192,8 +252,7 @@ impl Folder<'_> {
         match self.const_of(index) {
             Some(Const::Int(i)) => {
                 let at = ops::clamp(*i, len as usize);
-                let elements = self.state.arrays.entry(local).or_insert_with(|| vec![None; len as usize]);
-                elements[at] = value;
+                self.state.elements(local, len as usize)[at] = value;
             }
             _ => self.state.forget(local),
         }
@@ -205,8 +264,7 @@ impl Folder<'_> {
         match self.state.arrays.get(&from).cloned() {
             Some(source) => {
                 let size = len(to, self);
-                let target = self.state.arrays.entry(to).or_insert_with(|| vec![None; size]);
-                target[..count].clone_from_slice(&source[..count]);
+                self.state.elements(to, size)[..count].clone_from_slice(&source[..count]);
             }
             None => self.state.forget(to),
         }
@@ -218,18 +276,19 @@ impl Folder<'_> {
             let taken = if ops::is_true(c) { a } else { b };
             return self.stmts(taken, out);
         }
-        let before = self.state.clone();
+        self.state.enter();
         let a = self.block(a);
-        let after_a = std::mem::replace(&mut self.state, before.clone());
+        let after_a = self.state.leave();
+        self.state.enter();
         let b = self.block(b);
-        let after_b = std::mem::take(&mut self.state);
+        let after_b = self.state.leave();
         // A branch that jumps away does not reach the meeting point.
         let leaves = |block: &Block| matches!(block.stmts.last(), Some(Stmt::Break | Stmt::Continue));
-        self.state = match (leaves(&a), leaves(&b)) {
-            (true, false) => keep_visible(&before, after_b),
-            (false, true) => keep_visible(&before, after_a),
-            _ => State::meet(&before, after_a, after_b),
-        };
+        match (leaves(&a), leaves(&b)) {
+            (true, false) => self.state.meet(&[after_b]),
+            (false, true) => self.state.meet(&[after_a]),
+            _ => self.state.meet(&[after_a, after_b]),
+        }
         if !(a.stmts.is_empty() && b.stmts.is_empty()) {
             out.stmts.push(Stmt::If(cond, a, b));
         }
@@ -247,14 +306,15 @@ impl Folder<'_> {
             return self.stmts(l.head, out);
         }
         written.iter().for_each(|local| self.state.forget(*local));
-        let entry = self.state.clone();
+        self.state.enter();
         l.head = self.block(l.head);
         l.cond = self.resolve(l.cond);
         l.body = self.block(l.body);
         // `continue` may come from anywhere in the body: only what the loop never writes is sure in the step.
-        self.state = entry.clone();
+        self.state.leave();
+        self.state.enter();
         l.step = self.block(l.step);
-        self.state = entry;
+        self.state.leave();
         out.stmts.push(Stmt::Loop(Box::new(l)));
     }
 
@@ -384,12 +444,6 @@ impl Folder<'_> {
             _ => return None,
         })
     }
-}
-
-/// Knowledge of one branch that alone goes on: its own values are not visible outside.
-fn keep_visible(before: &State, mut after: State) -> State {
-    after.singles.retain(|l, k| matches!(k, Known::Const(_)) || before.singles.get(l) == Some(k));
-    after
 }
 
 /// What an instruction may be replaced by.
