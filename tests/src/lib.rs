@@ -1,1 +1,5 @@
 //! What the end-to-end tests share.
+
+pub mod exr_file;
+pub mod grid;
+pub mod points;
