@@ -45,9 +45,18 @@ pub fn grid(n: u32) -> Vec<Globals> {
     points
 }
 
-/// Numbers that functions trip over, and a few plain ones. Their squares are finite floats.
+/// Numbers that functions trip over, and a few plain ones. Their squares are finite floats. See also [`Reach`].
 const SPECIAL: [f32; 16] =
     [0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 2.0, -2.25, 1e-6, -1e-6, 1e-12, 3e15, -3e15, 1000.0, -7.0, 0.99999994];
+
+/// How large the special numbers get.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// 3e15: for functions of single numbers.
+    Wide,
+    /// 64: where products of several arguments cancel, or lattice cells are numbered with ints.
+    Narrow,
+}
 
 /// A small generator (Marsaglia's xorshift): the same points in each run.
 struct Random(u32);
@@ -63,7 +72,7 @@ impl Random {
 
 /// Pools of arguments: every global that a shader can read holds numbers of its own. `special` points mix the special
 /// numbers, `random` ones come from several ranges.
-pub fn pools(special: usize, random: usize) -> Vec<Globals> {
+pub fn pools(special: usize, random: usize, reach: Reach) -> Vec<Globals> {
     let mut rng = Random(0x9e37_79b9);
     let mut points = Vec::new();
     for k in 0..special + random {
@@ -73,7 +82,9 @@ pub fn pools(special: usize, random: usize) -> Vec<Globals> {
             slot += 1;
             // The first sixteen points pass every special number through the first slots; later ones pair them.
             let pick = (k + (slot - 1) * (1 + k / SPECIAL.len())) % SPECIAL.len();
-            if k < special { f64::from(SPECIAL[pick]) } else { rng.next(low, high) }
+            let number = f64::from(SPECIAL[pick]);
+            let number = if reach == Reach::Narrow { number.clamp(-64.0, 64.0) } else { number };
+            if k < special { number } else { rng.next(low, high) }
         };
         let (u, v, time, dtime) = (number(), number(), number(), number());
         let mut triple = || [number(), number(), number()];

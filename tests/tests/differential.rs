@@ -1,6 +1,7 @@
 //! Every built-in function, and whole shaders, on the device against the interpreter.
 //!
-//! Tolerance. Single precision: 2e-5 relative plus 2e-6 absolute; double precision: 1e-10 relative plus 1e-12 absolute.
+//! Tolerance. Single precision: 2e-5 relative plus 2e-6 absolute; double precision: 1e-10 relative plus 1e-12 absolute. The
+//! absolute part is times the largest argument where functions add up several of them ([`Reach::Narrow`]).
 //! Where a value is beyond it, the shader may be ill-conditioned there (a step, a cancellation): then it must lie within
 //! what arguments changed by an ulp or so give.
 
@@ -11,8 +12,9 @@ use oslcl_compiler::Options;
 use oslcl_compiler::interp::Globals;
 use oslcl_runtime::device::Device;
 use oslcl_tests::grid::{self, Case, Precision};
-use oslcl_tests::points;
+use oslcl_tests::points::{self, Reach};
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 /// Shaders per program: building takes longer than linearly.
 const GROUP: usize = 16;
@@ -63,12 +65,26 @@ fn expected(case: &Case, points: &[Globals]) -> Vec<Vec<(String, Vec<f64>)>> {
         .unwrap_or_else(|e| panic!("{}: the interpreter: {e}", case.label))
 }
 
+/// The largest number among a point's arguments, at least 1.
+fn scale(g: &Globals) -> f64 {
+    let triples = [g.p, g.i, g.n, g.ng, g.dpdu, g.dpdv, g.ps, g.dpdtime];
+    let numbers = triples.iter().flatten().chain([&g.u, &g.v, &g.time, &g.dtime]);
+    numbers.fold(1.0, |a, b| a.max(b.abs()))
+}
+
 /// Compares one case; what differs, in words.
-fn compare(case: &Case, precision: Precision, points: &[Globals], device: &[&[f64]], out: &mut Vec<String>) {
-    let limits = tolerance(precision);
+fn compare(
+    case: &Case,
+    (precision, reach): (Precision, Reach),
+    points: &[Globals],
+    device: &[&[f64]],
+    out: &mut Vec<String>,
+) {
     let step = if precision == Precision::Single { 4e-7 } else { 1e-14 };
     for ((point, device), ours) in points.iter().zip(device).zip(expected(case, points)) {
         let mut at = 0;
+        let (relative, absolute) = tolerance(precision);
+        let limits = (relative, if reach == Reach::Narrow { absolute * scale(point) } else { absolute });
         let mut around: Option<Vec<Vec<(String, Vec<f64>)>>> = None;
         for (o, (name, reals)) in ours.iter().enumerate() {
             for (k, value) in reals.iter().enumerate() {
@@ -105,7 +121,10 @@ fn compare(case: &Case, precision: Precision, points: &[Globals], device: &[&[f6
     }
 }
 
-fn check(precision: Precision, cases: &[Case], points: &[Globals]) {
+fn check(precision: Precision, reach: Reach, cases: &[Case], points: &[Globals]) {
+    // PoCL finds no device while another thread asks for one.
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _one = ONE_AT_A_TIME.lock().unwrap_or_else(|e| e.into_inner());
     let device = Device::open(None).expect("a device");
     if precision == Precision::Double && !device.info.double {
         eprintln!("skipped: the device has no 64-bit floats");
@@ -120,15 +139,15 @@ fn check(precision: Precision, cases: &[Case], points: &[Globals]) {
             let part: Vec<&[f64]> = values.iter().map(|v| &v[from..from + width]).collect();
             from += width;
             let before = wrong.len();
-            compare(case, precision, points, &part, &mut wrong);
+            compare(case, (precision, reach), points, &part, &mut wrong);
             wrong.truncate(before + 4);
         }
     }
     assert!(wrong.is_empty(), "{} differences, the first of each shader:\n{}", wrong.len(), wrong.join("\n"));
 }
 
-fn function_cases() -> Vec<Case> {
-    sources()
+fn function_cases(componentwise: bool) -> Vec<Case> {
+    sources(componentwise)
         .iter()
         .map(|(label, source)| {
             Case::new(label, source, Options::default()).unwrap_or_else(|e| panic!("{label}: {e}\n{source}"))
@@ -150,21 +169,31 @@ fn corpus() -> Vec<Case> {
 }
 
 #[test]
-fn functions_in_single_precision() {
-    check(Precision::Single, &function_cases(), &points::pools(48, 40));
+fn functions_of_components_in_single_precision() {
+    check(Precision::Single, Reach::Wide, &function_cases(true), &points::pools(48, 48, Reach::Wide));
 }
 
 #[test]
-fn functions_in_double_precision() {
-    check(Precision::Double, &function_cases(), &points::pools(48, 16));
+fn functions_of_components_in_double_precision() {
+    check(Precision::Double, Reach::Wide, &function_cases(true), &points::pools(48, 48, Reach::Wide));
+}
+
+#[test]
+fn other_functions_in_single_precision() {
+    check(Precision::Single, Reach::Narrow, &function_cases(false), &points::pools(48, 48, Reach::Narrow));
+}
+
+#[test]
+fn other_functions_in_double_precision() {
+    check(Precision::Double, Reach::Narrow, &function_cases(false), &points::pools(48, 48, Reach::Narrow));
 }
 
 #[test]
 fn shaders_in_single_precision() {
-    check(Precision::Single, &corpus(), &points::grid(8));
+    check(Precision::Single, Reach::Narrow, &corpus(), &points::grid(8));
 }
 
 #[test]
 fn shaders_in_double_precision() {
-    check(Precision::Double, &corpus(), &points::grid(8));
+    check(Precision::Double, Reach::Narrow, &corpus(), &points::grid(8));
 }

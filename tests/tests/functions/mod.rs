@@ -72,6 +72,9 @@ impl Shader {
     }
 }
 
+/// Rows whose vectors have unit length by contract.
+const UNIT: [&str; 3] = ["reflect", "refract", "fresnel"];
+
 /// A row that is one call.
 fn plain(name: &str, overloads: &[sig::Overload]) -> (String, String) {
     let mut shader = Shader::new(name);
@@ -80,7 +83,12 @@ fn plain(name: &str, overloads: &[sig::Overload]) -> (String, String) {
         let mut args = Vec::new();
         for formal in &overload.formals {
             let ty = formal.ty.unwrap_or(Type::scalar(Base::Float));
-            args.push(if formal.output { shader.output(ty.base.keyword()) } else { w.value(ty) });
+            let unit = ty.base.is_triple() && UNIT.contains(&name);
+            args.push(match (formal.output, unit) {
+                (true, _) => shader.output(ty.base.keyword()),
+                (false, true) => format!("normalize({})", w.value(ty)),
+                (false, false) => w.value(ty),
+            });
         }
         let call = format!("{name}({})", args.join(", "));
         if overload.ret.base == Base::Void {
@@ -162,8 +170,8 @@ fn rewritten() -> Vec<(String, String)> {
     vec![colour.finish(), matrix.finish()]
 }
 
-/// All sources.
-pub fn sources() -> Vec<(String, String)> {
+/// The sources of the functions that work component by component, or of all others.
+pub fn sources(componentwise: bool) -> Vec<(String, String)> {
     let mut out = Vec::new();
     for row in TABLE {
         let Some(id) = oslcl_compiler::builtins::find(row.name) else { continue };
@@ -172,6 +180,9 @@ pub fn sources() -> Vec<(String, String)> {
             usable(o.ret) && o.formals.iter().all(|f| f.ty.is_some_and(usable))
         };
         let overloads: Vec<sig::Overload> = sig::overloads(id).iter().filter(numbers).cloned().collect();
+        if componentwise != (row.lowering == Lowering::Componentwise) {
+            continue;
+        }
         match row.lowering {
             Lowering::Componentwise | Lowering::Direct | Lowering::State => out.push(plain(row.name, &overloads)),
             Lowering::Special => match row.name {
@@ -183,7 +194,9 @@ pub fn sources() -> Vec<(String, String)> {
             Lowering::Internal | Lowering::InternalState | Lowering::NotYet => {}
         }
     }
-    out.extend(splines());
-    out.extend(rewritten());
+    if !componentwise {
+        out.extend(splines());
+        out.extend(rewritten());
+    }
     out
 }
