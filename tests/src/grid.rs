@@ -129,7 +129,7 @@ pub fn run(device: &Device, precision: Precision, cases: &[Case], points: &[Glob
     let spaces = [first.object_space, first.camera_space].map(|s| [s.to_common, s.from_common]);
     let spaces: Vec<f64> = spaces.into_iter().flatten().flatten().collect();
     let count = width * points.len();
-    let local = if points.len() % 64 == 0 { 64 } else { 1 };
+    let local = if points.len().is_multiple_of(64) { 64 } else { 1 };
     let values: Vec<f64> = match precision {
         Precision::Double => {
             let (a, b) = (device.upload("points", &records)?, device.upload("spaces", &spaces)?);

@@ -19,13 +19,7 @@ pub fn quotient(a: f64, b: f64) -> f64 {
 
 /// Within the finite floats; NaN stays.
 fn finite(x: f64) -> f64 {
-    if x > FLT_MAX {
-        FLT_MAX
-    } else if x < -FLT_MAX {
-        -FLT_MAX
-    } else {
-        x
-    }
+    x.clamp(-FLT_MAX, FLT_MAX)
 }
 
 /// What a logarithm takes: positive, normal, finite. NaN is the smallest.
