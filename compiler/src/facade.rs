@@ -242,6 +242,9 @@ impl Master {
     }
 }
 
+/// The reals of output parameters, by name, in the order asked for.
+pub type Values = Vec<(String, Vec<f64>)>;
+
 impl Master {
     /// Binds parameters, optimises, and runs the shader on the host in f64 on one point: the value of each output parameter
     /// (flattened name), or of `Ci`, as the reals that [`Entry::Grid`] stores. Uses the options' `bindings`.
@@ -250,7 +253,7 @@ impl Master {
         options: &Options,
         outputs: &[String],
         globals: &interp::Globals,
-    ) -> Result<Vec<(String, Vec<f64>)>, Failure> {
+    ) -> Result<Values, Failure> {
         let mut points = self.evaluate_all(options, outputs, std::slice::from_ref(globals))?;
         Ok(points.pop().unwrap_or_default())
     }
@@ -261,7 +264,7 @@ impl Master {
         options: &Options,
         outputs: &[String],
         points: &[interp::Globals],
-    ) -> Result<Vec<Vec<(String, Vec<f64>)>>, Failure> {
+    ) -> Result<Vec<Values>, Failure> {
         let work = || {
             let Some(master) = &self.shader else { return Err(Vec::new()) };
             let mut shader = Shader::clone(master);
@@ -278,11 +281,7 @@ impl Master {
 }
 
 /// The named outputs of one run.
-fn outcome(
-    shader: &Shader,
-    outputs: &[String],
-    globals: &interp::Globals,
-) -> Result<Vec<(String, Vec<f64>)>, Vec<Diagnostic>> {
+fn outcome(shader: &Shader, outputs: &[String], globals: &interp::Globals) -> Result<Values, Vec<Diagnostic>> {
     let outcome = interp::run(shader, globals).map_err(|e| vec![Diagnostic::global("E4297", e.to_string())])?;
     let mut values = Vec::with_capacity(outputs.len());
     for name in outputs {

@@ -173,7 +173,14 @@ static inline real osl_fmod_f_ff(real a, real b) {
 }
 
 static inline int osl_mod_i_ii(int a, int b) { return b == 0 ? a : (b == -1 ? 0 : a % b); }
-static inline real osl_mod_f_ff(real a, real b) { return fma(-b, floor(osl_quotient(a, b)), a); }
+
+// a - b floor(a / b). Where the quotient has no digits left for that, fmod's exact remainder, with the sign of b.
+static inline real osl_mod_f_ff(real a, real b) {
+    real q = floor(osl_quotient(a, b));
+    if (fabs(q) < 0.25 / REAL_EPSILON) return fma(-b, q, a);
+    real r = fmod(a, b);
+    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
+}
 
 OSL_MAP2(fmod)
 OSL_MAP2F(fmod)

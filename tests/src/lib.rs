@@ -1,4 +1,7 @@
 //! What the end-to-end tests share.
 
 pub mod bsdf;
+pub mod exr_file;
+pub mod grid;
+pub mod points;
 pub mod scenes;

@@ -71,7 +71,7 @@ fn rgb_to_hsv(c: V) -> V {
     let (high, low) = extremes(c);
     let range = high - low;
     let s = if high > 0.0 { range / high } else { 0.0 };
-    if !(s > 0.0) {
+    if s <= 0.0 || s.is_nan() {
         return [0.0, s, high];
     }
     let sixths = if r >= high {

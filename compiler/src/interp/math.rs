@@ -19,13 +19,7 @@ pub fn quotient(a: f64, b: f64) -> f64 {
 
 /// Within the finite floats; NaN stays.
 fn finite(x: f64) -> f64 {
-    if x > FLT_MAX {
-        FLT_MAX
-    } else if x < -FLT_MAX {
-        -FLT_MAX
-    } else {
-        x
-    }
+    x.clamp(-FLT_MAX, FLT_MAX)
 }
 
 /// What a logarithm takes: positive, normal, finite. NaN is the smallest.
@@ -78,9 +72,14 @@ fn fmod(a: f64, b: f64) -> f64 {
     if b == 0.0 { 0.0 } else { a % b }
 }
 
-/// With the sign of b; a where b is 0. One rounding, as in the kernels.
+/// a - b floor(a / b), with one rounding; a where b is 0. For large quotients the exact remainder with the sign of b.
 fn modulo(a: f64, b: f64) -> f64 {
-    (-b).mul_add(quotient(a, b).floor(), a)
+    let q = quotient(a, b).floor();
+    if q.abs() < 0.25 / f64::EPSILON {
+        return (-b).mul_add(q, a);
+    }
+    let r = a % b;
+    if r != 0.0 && (r < 0.0) != (b < 0.0) { r + b } else { r }
 }
 
 /// The first unless the second is smaller.

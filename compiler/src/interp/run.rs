@@ -8,7 +8,7 @@ use crate::builtins;
 use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, ValueId};
 
 /// Turns of all loops together before a run is given up.
-pub const MAX_TURNS: u64 = 10_000_000;
+pub const MAX_TURNS: u64 = 1_000_000;
 
 /// Why a run has no outcome.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -90,7 +90,7 @@ fn write_nodes(bvh: &Bvh2, nodes: &mut Vec<f32>, leaf: &mut dyn FnMut(u32, u32) 
         nodes.resize(nodes.len() + NODE_FLOATS, 0.0);
         index
     };
-    let empty = Aabb { min: Vec3A::splat(f32::MAX), max: Vec3A::splat(f32::MIN), ..Aabb::default() };
+    let empty = Aabb { min: Vec3A::splat(f32::MAX), max: Vec3A::splat(f32::MIN) };
     let top = &bvh.nodes[0];
     let root_at = fresh(nodes);
     if top.prim_count > 0 {
@@ -163,7 +163,7 @@ mod tests {
         let triangles: Vec<_> = (0..100).map(|i| triangle(f64::from(i) * 1.5)).collect();
         let mut nodes = Vec::new();
         let tree = over_triangles(&triangles, 0, &mut nodes).expect("builds");
-        let mut seen = vec![false; 100];
+        let mut seen = [false; 100];
         for node in nodes.chunks(16) {
             for child in node.chunks(8) {
                 let (first, count) = (child[3].to_bits(), child[7].to_bits());
