@@ -8,8 +8,8 @@
 mod functions;
 
 use functions::sources;
-use oslcl_compiler::Options;
 use oslcl_compiler::interp::Globals;
+use oslcl_compiler::{Options, Values};
 use oslcl_runtime::device::Device;
 use oslcl_tests::grid::{self, Case, Precision};
 use oslcl_tests::points::{self, Reach};
@@ -59,7 +59,7 @@ fn nudged(g: &Globals, by: f64, turn: u32) -> Globals {
 }
 
 /// The outputs of a case at all points: name and reals.
-fn expected(case: &Case, points: &[Globals]) -> Vec<Vec<(String, Vec<f64>)>> {
+fn expected(case: &Case, points: &[Globals]) -> Vec<Values> {
     case.master
         .evaluate_all(&case.options, &case.outputs, points)
         .unwrap_or_else(|e| panic!("{}: the interpreter: {e}", case.label))
@@ -86,7 +86,7 @@ fn compare(
         let mut at = 0;
         let (relative, absolute) = tolerance(precision);
         let limits = (relative, if reach == Reach::Narrow { absolute * scale(point) } else { absolute });
-        let mut around: Option<Vec<Vec<(String, Vec<f64>)>>> = None;
+        let mut around: Option<Vec<Values>> = None;
         for (o, (name, reals)) in ours.iter().enumerate() {
             for (k, value) in reals.iter().enumerate() {
                 let found = device[at];
@@ -175,6 +175,21 @@ fn corpus() -> Vec<Case> {
         cases.push(Case::new(&label, &source, Options::default()).unwrap_or_else(|e| panic!("{e}")));
     }
     cases
+}
+
+#[test]
+fn every_function_is_called() {
+    use oslcl_compiler::builtins::{Lowering, TABLE};
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("corpus/run");
+    let mut text: String = sources(true).into_iter().chain(sources(false)).map(|(_, source)| source).collect();
+    for entry in std::fs::read_dir(folder).expect("the corpus").flatten() {
+        text.push_str(&std::fs::read_to_string(entry.path()).expect("a shader"));
+    }
+    let hidden = [Lowering::Internal, Lowering::InternalState, Lowering::NotYet];
+    let called = |name: &str| [" ", "(", "+"].iter().any(|before| text.contains(&format!("{before}{name}(")));
+    let missing: Vec<&str> =
+        TABLE.iter().filter(|r| !hidden.contains(&r.lowering) && !called(r.name)).map(|r| r.name).collect();
+    assert!(missing.is_empty(), "no test calls {missing:?}");
 }
 
 #[test]
