@@ -2,8 +2,9 @@
 //
 // In: rays relative to the camera (common space less the camera's position). Out: hits. It must not know materials.
 //
-// A node is 16 floats: box of child 0 (min xyz, index), (max xyz, count), then of child 1. count 0: the index is a node; else
-// the index is the first of `count` triangles (bottom level) or one instance (top level). Boxes are rounded outward.
+// A node is 16 floats: for each axis the least of child 0 and of child 1, then the greatest of both, so that one operation
+// serves both children; then as unsigned ints both children's indices and counts. count 0: the index is a node; else the
+// index is the first of `count` triangles (bottom level) or one instance (top level). Boxes are rounded outward.
 // A triangle is 9 reals: a corner and the two edges from it.
 #ifndef OSLCL_GEOMETRY_H
 #define OSLCL_GEOMETRY_H
@@ -42,16 +43,15 @@ static inline real3 transform_normal(__global const real *m, real3 n)
 // 1/d, finite also for 0: then a slab test has no 0 * inf.
 static inline real safe_inverse(real d) { return fabs(d) > (real)1e-30 ? 1 / d : copysign((real)1e30, d); }
 
-// Where the ray enters the box, or a negative number when it misses it before `far`.
-static inline real enter_box(float4 lo, float4 hi, real3 o, real3 inverse, real far)
+// Where the ray enters the boxes of both children, and where it leaves them, at most at `far`.
+static inline void enter_boxes(__global const float4 *n, real3 o, real3 inverse, real far, real2 *enter, real2 *leave)
 {
-    real3 a = (convert_real3(lo.xyz) - o) * inverse;
-    real3 b = (convert_real3(hi.xyz) - o) * inverse;
-    real3 near3 = min(a, b), far3 = max(a, b);
-    real t0 = max(max(near3.x, near3.y), max(near3.z, (real)0));
-    // Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013: two ulps more for the exit keep the test watertight.
-    real t1 = min(min(far3.x, far3.y), min(far3.z, far)) * (1 + 4 * REAL_EPSILON);
-    return t0 <= t1 ? t0 : (real)-1;
+    real4 x = (convert_real4(n[0]) - o.x) * inverse.x;
+    real4 y = (convert_real4(n[1]) - o.y) * inverse.y;
+    real4 z = (convert_real4(n[2]) - o.z) * inverse.z;
+    *enter = max(max(min(x.xy, x.zw), min(y.xy, y.zw)), max(min(z.xy, z.zw), (real2)(0)));
+    // Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013: a few ulps more for the exit keep the test watertight.
+    *leave = min(min(max(x.xy, x.zw), max(y.xy, y.zw)), min(max(z.xy, z.zw), (real2)(far))) * (1 + 4 * REAL_EPSILON);
 }
 
 // Moller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. Shortens *hit when the triangle is nearer.
@@ -61,17 +61,21 @@ static inline int meet_triangle(__global const real *triangles, uint index, real
     real3 v0 = vload3(0, p), e1 = vload3(1, p), e2 = vload3(2, p);
     real3 pv = cross(d, e2);
     real det = dot(e1, pv);
-    real inverse = 1 / det;
+    // All comparisons are of numbers times |det|: most rays miss, and are spared the division.
+    real sign = copysign((real)1, det);
+    real size = fabs(det);
     real3 tv = o - v0;
-    real u = dot(tv, pv) * inverse;
+    real u = dot(tv, pv) * sign;
+    if (!(u >= 0 && u <= size)) return 0;
     real3 qv = cross(tv, e1);
-    real v = dot(d, qv) * inverse;
-    real t = dot(e2, qv) * inverse;
-    // A determinant of 0 gives infinities or NaN, which none of the comparisons lets through.
-    if (!(u >= 0 && v >= 0 && u + v <= 1 && t > 0 && t < hit->t)) return 0;
-    hit->t = t;
-    hit->u = u;
-    hit->v = v;
+    real v = dot(d, qv) * sign;
+    if (!(v >= 0 && u + v <= size)) return 0;
+    real t = dot(e2, qv) * sign;
+    if (!(t > 0 && t < hit->t * size)) return 0;
+    real inverse = 1 / size;
+    hit->t = t * inverse;
+    hit->u = u * inverse;
+    hit->v = v * inverse;
     hit->triangle = index;
     return 1;
 }
@@ -91,12 +95,12 @@ static inline int follow_ray(const Context *c, real3 o, real3 d, const int any, 
 #endif
     for (;;) {
         __global const float4 *n = c->nodes + 4 * (size_t)node;
-        float4 lo0 = n[0], hi0 = n[1], lo1 = n[2], hi1 = n[3];
-        real t0 = enter_box(lo0, hi0, o, inverse, hit->t);
-        real t1 = enter_box(lo1, hi1, o, inverse, hit->t);
-        uint first = as_uint(lo0.w), second = as_uint(lo1.w);
-        uint first_count = as_uint(hi0.w), second_count = as_uint(hi1.w);
-        int go0 = t0 >= 0, go1 = t1 >= 0;
+        real2 enter, leave;
+        enter_boxes(n, o, inverse, hit->t, &enter, &leave);
+        uint4 links = as_uint4(n[3]);
+        uint first = links.x, second = links.y;
+        uint first_count = links.z, second_count = links.w;
+        int go0 = enter.x <= leave.x, go1 = enter.y <= leave.y;
         uint next = 0;
         int have_next = 0;
 #ifdef HAS_INSTANCES
@@ -104,7 +108,7 @@ static inline int follow_ray(const Context *c, real3 o, real3 d, const int any, 
             // Leaves of the top level are instances: both kinds of children go through the stack, marked by the highest bit.
             uint far_child = first | (first_count ? 0x80000000u : 0u), near_child = second | (second_count ? 0x80000000u : 0u);
             int go_far = go0, go_near = go1;
-            if (t0 < t1) {
+            if (enter.x < enter.y) {
                 uint swap = far_child;
                 far_child = near_child;
                 near_child = swap;
@@ -139,7 +143,7 @@ static inline int follow_ray(const Context *c, real3 o, real3 d, const int any, 
                 go1 = 0;
             }
             if (go0 && go1) {
-                int second_nearer = t1 < t0;
+                int second_nearer = enter.y < enter.x;
                 stack[top++] = second_nearer ? first : second;
                 next = second_nearer ? second : first;
                 have_next = 1;

@@ -14,6 +14,7 @@ typedef double4 real4;
 typedef long real_bits;
 #define convert_real(x) convert_double(x)
 #define convert_real3(x) convert_double3(x)
+#define convert_real4(x) convert_double4(x)
 #define as_real_bits(x) as_long(x)
 #define REAL_MAX DBL_MAX
 #define REAL_EPSILON DBL_EPSILON
@@ -25,6 +26,7 @@ typedef float4 real4;
 typedef int real_bits;
 #define convert_real(x) convert_float(x)
 #define convert_real3(x) convert_float3(x)
+#define convert_real4(x) convert_float4(x)
 #define as_real_bits(x) as_int(x)
 #define REAL_MAX FLT_MAX
 #define REAL_EPSILON FLT_EPSILON

@@ -124,8 +124,13 @@ pub(super) fn check_depth(depth: u32) -> Result<(), Error> {
     if depth > MAX_DEPTH { Err(Error::TooDeep { depth, most: MAX_DEPTH }) } else { Ok(()) }
 }
 
+/// Where the numbers of a child lie in its node: least x, y, z; greatest x, y, z; index; count.
+pub(super) fn child_places(side: usize) -> [usize; 8] {
+    [0, 4, 8, 2, 6, 10, 12, 14].map(|first| first + side)
+}
+
 fn put_child(nodes: &mut [f32], node: usize, side: usize, aabb: &Aabb, child: &Child) {
-    let at = &mut nodes[node * NODE_FLOATS + 8 * side..][..8];
+    let node = &mut nodes[node * NODE_FLOATS..][..NODE_FLOATS];
     let (index, count) = match child {
         Child::Node(i) => (*i as u32, 0),
         Child::Leaf { first, count } => (*first, *count),
@@ -133,12 +138,13 @@ fn put_child(nodes: &mut [f32], node: usize, side: usize, aabb: &Aabb, child: &C
     // Edges are stored as differences: a corner is off by the rounding of two numbers of the triangle's size.
     let filled = aabb.min.x <= aabb.max.x;
     let slack = if filled { aabb.max.abs().max(aabb.min.abs()).max_element() * 4.0 * f32::EPSILON } else { 0.0 };
+    let places = child_places(side);
     for k in 0..3 {
-        at[k] = aabb.min[k] - slack;
-        at[4 + k] = aabb.max[k] + slack;
+        node[places[k]] = aabb.min[k] - slack;
+        node[places[3 + k]] = aabb.max[k] + slack;
     }
-    at[3] = f32::from_bits(index);
-    at[7] = f32::from_bits(count);
+    node[places[6]] = f32::from_bits(index);
+    node[places[7]] = f32::from_bits(count);
 }
 
 #[cfg(test)]
@@ -154,8 +160,8 @@ mod tests {
         let mut nodes = Vec::new();
         let tree = over_triangles(&[triangle(0.0)], 5, &mut nodes).expect("builds");
         assert_eq!((nodes.len(), tree.root, tree.order.as_slice()), (16, 0, &[0u32][..]));
-        assert_eq!((nodes[3].to_bits(), nodes[7].to_bits()), (5, 1));
-        assert!(nodes[8] > nodes[12], "the other child is empty");
+        assert_eq!((nodes[12].to_bits(), nodes[14].to_bits()), (5, 1));
+        assert!(nodes[1] > nodes[3], "the other child is empty");
     }
 
     #[test]
@@ -165,13 +171,13 @@ mod tests {
         let tree = over_triangles(&triangles, 0, &mut nodes).expect("builds");
         let mut seen = [false; 100];
         for node in nodes.chunks(16) {
-            for child in node.chunks(8) {
-                let (first, count) = (child[3].to_bits(), child[7].to_bits());
+            for child in [0, 1].map(|side| child_places(side).map(|place| node[place])) {
+                let (first, count) = (child[6].to_bits(), child[7].to_bits());
                 for leaf in first..first + count {
                     let original = tree.order[leaf as usize] as usize;
                     seen[original] = true;
                     assert!(f64::from(child[0]) <= triangles[original][0].x);
-                    assert!(f64::from(child[4]) >= triangles[original][1].x || tree.order.len() > 100);
+                    assert!(f64::from(child[3]) >= triangles[original][1].x || tree.order.len() > 100);
                 }
             }
         }

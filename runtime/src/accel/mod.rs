@@ -316,14 +316,19 @@ impl<'a> Builder<'a> {
     /// Puts the top level in front of the other nodes and moves their indices.
     fn put_on_top(&mut self, mut top: Vec<f32>, names: &[u32]) {
         let shift = (top.len() / bvh::NODE_FLOATS) as u32;
-        for child in top.chunks_mut(8) {
-            if child[7].to_bits() > 0 && child[0] <= child[4] {
-                child[3] = f32::from_bits(names[child[3].to_bits() as usize]);
+        for node in top.chunks_mut(bvh::NODE_FLOATS) {
+            for [least, .., greatest, _, _, index, count] in [0, 1].map(bvh::child_places) {
+                // An empty box names nothing.
+                if node[count].to_bits() > 0 && node[least] <= node[greatest] {
+                    node[index] = f32::from_bits(names[node[index].to_bits() as usize]);
+                }
             }
         }
-        for child in self.out.nodes.chunks_mut(8) {
-            if child[7].to_bits() == 0 {
-                child[3] = f32::from_bits(child[3].to_bits() + shift);
+        for node in self.out.nodes.chunks_mut(bvh::NODE_FLOATS) {
+            for [.., index, count] in [0, 1].map(bvh::child_places) {
+                if node[count].to_bits() == 0 {
+                    node[index] = f32::from_bits(node[index].to_bits() + shift);
+                }
             }
         }
         for root in self.out.instance_roots.iter_mut().step_by(2) {
