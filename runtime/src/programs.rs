@@ -34,9 +34,9 @@ impl Kernels {
 }
 
 /// The whole text of a program.
-pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32, macros: &[&str]) -> Result<String, assemble::Error> {
+pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<String, assemble::Error> {
     let mut text = String::new();
-    for macro_text in program.macros.iter().map(String::as_str).chain(macros.iter().copied()) {
+    for macro_text in &program.macros {
         text.push_str(&format!("#define {macro_text}\n"));
     }
     text.push_str(&program.code);
@@ -46,8 +46,8 @@ pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32, macros: &[&str]) -
     assemble_with(&program.label.replace(['`', ' '], "_"), &text, &[("layout.h", &plan.layout.header(paths))])
 }
 
-/// Builds all programs on as many threads as the host has cores. `macros` are those of the device.
-pub fn build(device: &Device, plan: &Plan, paths: u32, macros: &[&str]) -> Result<Kernels, Error> {
+/// Builds all programs on as many threads as the host has cores.
+pub fn build(device: &Device, plan: &Plan, paths: u32) -> Result<Kernels, Error> {
     let _span = tracing::info_span!("programs").entered();
     let next = AtomicUsize::new(0);
     let all = Mutex::new(HashMap::new());
@@ -55,7 +55,7 @@ pub fn build(device: &Device, plan: &Plan, paths: u32, macros: &[&str]) -> Resul
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(plan.programs.len().max(1));
     let work = || {
         while let Some(program) = plan.programs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            match build_one(device, plan, program, paths, macros) {
+            match build_one(device, plan, program, paths) {
                 Ok(kernels) => all.lock().unwrap_or_else(|e| e.into_inner()).extend(kernels),
                 Err(e) => {
                     failure.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(e);
@@ -77,15 +77,9 @@ pub fn build(device: &Device, plan: &Plan, paths: u32, macros: &[&str]) -> Resul
 
 type Named = ((Stage, Option<MaterialId>), Kernel);
 
-fn build_one(
-    device: &Device,
-    plan: &Plan,
-    program: &ProgramPlan,
-    paths: u32,
-    macros: &[&str],
-) -> Result<Vec<Named>, Error> {
+fn build_one(device: &Device, plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<Vec<Named>, Error> {
     let _span = tracing::debug_span!("build", program = program.label).entered();
-    let text = source(plan, program, paths, macros)?;
+    let text = source(plan, program, paths)?;
     let built = Program::build(device, &program.label, &text, plan.precision.build_options())?;
     let mut out = Vec::new();
     for &stage in &program.stages {

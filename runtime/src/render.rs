@@ -8,7 +8,7 @@ use crate::materials::{self, Compiled};
 use crate::plan::Plan;
 use crate::precision::Precision;
 use crate::scene::{self, Scene};
-use crate::wavefront::{self, Counts, Spread, Wavefront};
+use crate::wavefront::{Counts, Spread, Wavefront};
 use crate::{accel, device, programs};
 use std::time::{Duration, Instant};
 
@@ -135,7 +135,7 @@ pub fn render(
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
     let start = Instant::now();
-    let kernels = programs::build(device, &plan, spread.paths, wavefront::device_macros(device))?;
+    let kernels = programs::build(device, &plan, spread.paths)?;
     let build_time = start.elapsed();
 
     let start = Instant::now();

@@ -55,11 +55,6 @@ impl Spread {
     }
 }
 
-/// The macros that kernels need to know of a device.
-pub fn device_macros(device: &Device) -> &'static [&'static str] {
-    if device.info.kind == DeviceKind::Gpu { &["OSLCL_LOCAL_COMPACTION"] } else { &[] }
-}
-
 /// What was counted on the way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
