@@ -169,3 +169,49 @@ fn glass_transmits_what_it_does_not_reflect() {
     scene.integrator.samples = 1024;
     check("sheet", &scene, 0.96, 2e-3);
 }
+
+/// A glowing square of side 0.4 in front of a black sky, in the middle of the picture.
+fn small_light(lens_radius: f64, focus_distance: f64) -> Scene {
+    let mut scene = empty();
+    scene.integrator.max_depth = 1;
+    scene.integrator.samples = 256;
+    scene.camera.lens_radius = lens_radius;
+    scene.camera.focus_distance = focus_distance;
+    let l = material(&mut scene, "surface l() { Ci = 3 * emission(); }", &[]);
+    let w = mesh(&mut scene, wall());
+    place(&mut scene, w, l, DAffine3::from_scale(DVec3::splat(0.2)));
+    scene
+}
+
+#[test]
+fn a_lens_blurs_what_is_out_of_focus_only() {
+    let pinhole = render(&small_light(0.0, 5.0), Precision::Standard).0;
+    let focused = render(&small_light(0.3, 5.0), Precision::Standard).0;
+    let blurred = render(&small_light(0.3, 2.5), Precision::Standard).0;
+    let at = |p: &oslcl_runtime::film::Picture, x: usize| f64::from(p.pixels[8 * p.width + x][0]);
+    // The square spans 3.6 of 16 pixels; the blur of a lens of 0.3 focused at 2.5 spans 0.6 at distance 5, 5.4 pixels.
+    assert!((at(&focused, 8) - 3.0).abs() < 1e-5 && at(&focused, 12) == 0.0, "sharp in focus");
+    assert!(at(&blurred, 8) < 2.5 && at(&blurred, 11) > 0.05, "spread out of focus");
+    let (a, b, c) = (mean(&pinhole)[0], mean(&focused)[0], mean(&blurred)[0]);
+    assert!((a - b).abs() < 0.02 * a && (a - c).abs() < 0.03 * a, "no light is lost: {a} {b} {c}");
+}
+
+#[test]
+fn shaders_see_the_state_that_they_ask_for() {
+    for (what, source, expected) in [
+        ("area 36", "surface l() { Ci = surfacearea() * emission(); }", 36.0),
+        ("camera rays", "surface l() { Ci = raytype(\"camera\") * 2 * emission(); }", 2.0),
+        ("front", "surface l() { Ci = (backfacing() ? 7 : 2) * emission(); }", 2.0),
+        ("depth in camera space", "surface l() { Ci = transform(\"camera\", P)[2] * emission(); }", 5.0),
+        ("flat in object space", "surface l() { Ci = (1 + transform(\"object\", P)[1]) * emission(); }", 1.0),
+        ("texture coordinates", "surface l() { Ci = (u + v) * emission(); }", 1.0),
+        ("tangent", "surface l() { Ci = length(dPdu) * emission(); }", 6.0),
+    ] {
+        let mut scene = empty();
+        scene.integrator.max_depth = 1;
+        let m = material(&mut scene, source, &[]);
+        let w = mesh(&mut scene, wall());
+        place(&mut scene, w, m, DAffine3::from_scale(DVec3::splat(3.0)));
+        check(what, &scene, expected, 5e-3);
+    }
+}

@@ -1,0 +1,124 @@
+//! The plan: what a scene calls for is there, and nothing of what it doesn't.
+
+use glam::DAffine3;
+use oslcl_runtime::plan::Effect;
+use oslcl_runtime::precision::Precision;
+use oslcl_runtime::scene::Scene;
+use oslcl_runtime::{programs, render};
+use oslcl_tests::scenes::{empty, material, mesh, place, sphere, wall};
+use std::collections::BTreeSet;
+
+/// A wall with this material, and the effects that the plan finds.
+fn wall_of(source: &str) -> Scene {
+    let mut scene = empty();
+    let m = material(&mut scene, source, &[]);
+    let w = mesh(&mut scene, wall());
+    place(&mut scene, w, m, DAffine3::IDENTITY);
+    scene
+}
+
+fn effects(scene: &Scene) -> BTreeSet<&'static str> {
+    let (plan, _) = render::plan(scene, Precision::Standard).unwrap_or_else(|e| panic!("{e}"));
+    plan.decisions.iter().filter(|d| d.is_on()).map(|d| d.effect.name()).collect()
+}
+
+fn check(scene: &Scene, expected: &[&'static str]) {
+    assert_eq!(effects(scene), expected.iter().copied().collect());
+}
+
+const DIFFUSE: &str = "surface d() { Ci = 0.5 * diffuse(N); }";
+
+#[test]
+fn each_effect_is_asked_for_by_what_needs_it() {
+    check(&wall_of(DIFFUSE), &["surfaces", "lobe_diffuse"]);
+    check(&wall_of("surface d() { Ci = 2 * emission(); }"), &["surfaces", "lights"]);
+    check(&wall_of("surface d() { Ci = u * emission(); }"), &["surfaces", "lights", "varying_lights", "uvs"]);
+    check(&wall_of("surface d() { Ci = ward(N, dPdu, 0.1, 0.2); }"), &["surfaces", "lobe_ward", "tangents", "uvs"]);
+    check(&wall_of("surface d() { Ci = surfacearea() * diffuse(N); }"), &["surfaces", "lobe_diffuse", "surface_area"]);
+    check(
+        &wall_of("surface d() { Ci = transform(\"object\", P)[0] * diffuse(N); }"),
+        &["surfaces", "lobe_diffuse", "object_space"],
+    );
+    check(
+        &wall_of("surface d() { Ci = transform(\"camera\", P)[0] * diffuse(N); }"),
+        &["surfaces", "lobe_diffuse", "camera_space"],
+    );
+    check(&wall_of("surface d() { Ci = raytype(\"camera\") * diffuse(N); }"), &["surfaces", "lobe_diffuse", "raytype"]);
+    check(&wall_of("surface d() { Ci = holdout(); }"), &["surfaces", "holdout"]);
+}
+
+#[test]
+fn a_lobe_of_constant_weight_zero_leaves_nothing() {
+    let source = "surface d(float coat = 0) { Ci = diffuse(N) + coat * microfacet(\"ggx\", N, 0.1, 1.5, 0); }";
+    check(&wall_of(source), &["surfaces", "lobe_diffuse"]);
+}
+
+#[test]
+fn settings_and_geometry_ask_too() {
+    let mut scene = wall_of(DIFFUSE);
+    scene.camera.lens_radius = 0.1;
+    scene.integrator.roulette_from = Some(3);
+    let ball = mesh(&mut scene, sphere());
+    let m = scene.instances[0].material;
+    place(&mut scene, ball, m, DAffine3::IDENTITY);
+    place(&mut scene, ball, m, DAffine3::from_translation(glam::DVec3::X));
+    check(&scene, &["surfaces", "lobe_diffuse", "thin_lens", "roulette", "normals", "instances"]);
+    let sky = material(&mut scene, "surface s() { Ci = background(); }", &[]);
+    scene.environment = Some(sky);
+    assert!(effects(&scene).contains("environment") && !effects(&scene).contains("environment_sampling"));
+    let sky = material(&mut scene, "surface s() { Ci = max(0, I[2]) * background(); }", &[]);
+    scene.environment = Some(sky);
+    assert!(effects(&scene).contains("environment_sampling"));
+    let (plan, _) = render::plan(&scene, Precision::Reference).expect("plans");
+    assert!(plan.has(Effect::DoublePrecision));
+}
+
+/// The text of all programs, as the device gets it.
+fn text_of(scene: &Scene) -> String {
+    let (plan, _) = render::plan(scene, Precision::Standard).unwrap_or_else(|e| panic!("{e}"));
+    plan.programs.iter().map(|p| programs::source(&plan, p, 64).expect("assembles")).collect()
+}
+
+/// Symbols of effects.
+const SYMBOLS: [&str; 18] = [
+    "#define HAS_LIGHTS",
+    "#define HAS_ENVIRONMENT",
+    "#define HAS_NORMALS",
+    "#define HAS_UVS",
+    "#define HAS_INSTANCES",
+    "#define HAS_THIN_LENS",
+    "#define HAS_ROULETTE",
+    "#define HAS_LOBE_MICROFACET",
+    "#define PATH_shadow_o",
+    "#define PATH_pdf",
+    "#define QUEUE_shadow",
+    "#define QUEUE_environment",
+    "*normals",
+    "*lights",
+    "*instances",
+    "__kernel void sample_light",
+    "__kernel void trace_shadow",
+    "__kernel void environment",
+];
+
+#[test]
+fn what_is_off_has_no_macro_no_buffer_and_no_queue() {
+    let plain = text_of(&wall_of(DIFFUSE));
+    for absent in SYMBOLS {
+        assert!(!plain.contains(absent), "{absent}");
+    }
+    // Each of those is there when asked for, or the check above would hold nothing.
+    let mut scene = wall_of("surface d() { Ci = diffuse(N) + u * emission() + microfacet(\"ggx\", N, 0.1, 1.5, 0); }");
+    scene.camera.lens_radius = 0.1;
+    scene.integrator.roulette_from = Some(3);
+    let ball = mesh(&mut scene, sphere());
+    let m = scene.instances[0].material;
+    place(&mut scene, ball, m, DAffine3::IDENTITY);
+    place(&mut scene, ball, m, DAffine3::IDENTITY);
+    let sky = material(&mut scene, "surface s() { Ci = max(0, I[2]) * background(); }", &[]);
+    scene.environment = Some(sky);
+    let full = text_of(&scene);
+    for present in SYMBOLS {
+        assert!(full.contains(present), "{present}");
+    }
+}
