@@ -80,6 +80,16 @@ static inline int meet_triangle(__global const real *triangles, uint index, real
     return 1;
 }
 
+// The triangles of a leaf, in the space of an instance; with `any` the first that is met is enough.
+static inline int meet_leaf(const Context *c, uint first, uint count, uint instance, real3 o, real3 d, const int any,
+                            Hit *hit)
+{
+    int found = 0;
+    for (uint i = 0; i < count && !(any && found); i++) found |= meet_triangle(c->triangles, first + i, o, d, hit);
+    if (found) hit->instance = instance;
+    return found;
+}
+
 // Follows a ray from o along d up to hit->t. `any`: stops at the first triangle. Returns whether there is one.
 static inline int follow_ray(const Context *c, real3 o, real3 d, const int any, Hit *hit)
 {
@@ -88,9 +98,9 @@ static inline int follow_ray(const Context *c, real3 o, real3 d, const int any, 
     int found = 0;
     real3 inverse = (real3)(safe_inverse(d.x), safe_inverse(d.y), safe_inverse(d.z));
     uint node = 0;
+    uint instance = 0;
 #ifdef HAS_INSTANCES
     const real3 world_o = o, world_d = d, world_inverse = inverse;
-    uint instance = 0;
     int bottom = -1; // the stack's height at which the ray leaves the bottom level
 #endif
     for (;;) {
@@ -121,27 +131,14 @@ static inline int follow_ray(const Context *c, real3 o, real3 d, const int any, 
 #endif
         {
             if (go0 && first_count) {
-                for (uint i = 0; i < first_count; i++)
-                    if (meet_triangle(c->triangles, first + i, o, d, hit)) {
-                        found = 1;
-#ifdef HAS_INSTANCES
-                        hit->instance = instance;
-#endif
-                        if (any) return 1;
-                    }
+                found |= meet_leaf(c, first, first_count, instance, o, d, any, hit);
                 go0 = 0;
             }
-            if (go1 && second_count) {
-                for (uint i = 0; i < second_count; i++)
-                    if (meet_triangle(c->triangles, second + i, o, d, hit)) {
-                        found = 1;
-#ifdef HAS_INSTANCES
-                        hit->instance = instance;
-#endif
-                        if (any) return 1;
-                    }
+            if (go1 && second_count && !(any && found)) {
+                found |= meet_leaf(c, second, second_count, instance, o, d, any, hit);
                 go1 = 0;
             }
+            if (any && found) return 1;
             if (go0 && go1) {
                 int second_nearer = enter.y < enter.x;
                 stack[top++] = second_nearer ? first : second;

@@ -1,7 +1,6 @@
 //! What the end-to-end tests share.
 
 pub mod bsdf;
-pub mod exr_file;
 pub mod grid;
 pub mod points;
 pub mod scenes;

@@ -215,3 +215,34 @@ fn shaders_see_the_state_that_they_ask_for() {
         check(what, &scene, expected, 5e-3);
     }
 }
+
+/// Small meshes all over the picture: each mesh once per place, or shared by all places.
+fn scattered(shared: bool, triangles: usize) -> Scene {
+    let mut scene = empty();
+    scene.film = oslcl_runtime::scene::Film { width: 64, height: 64 };
+    scene.integrator.samples = 4;
+    sky(&mut scene, SKY);
+    let m = material(&mut scene, DIFFUSE, &[]);
+    let mut piece = wall();
+    piece.triangles.truncate(triangles);
+    let first = mesh(&mut scene, piece.clone());
+    for k in 0..7 {
+        let id = if shared || k == 0 { first } else { mesh(&mut scene, piece.clone()) };
+        let turn = DMat3::from_rotation_y(f64::from(k)) * DMat3::from_diagonal(DVec3::new(-0.3, 0.3, 0.2));
+        let at = DVec3::new(f64::from(k % 3) * 0.7 - 0.7, 0.1 * f64::from(k), f64::from(k / 3) * 0.6 - 0.6);
+        place(&mut scene, id, m, DAffine3::from_mat3_translation(turn, at));
+    }
+    scene
+}
+
+#[test]
+fn shared_meshes_look_like_copies() {
+    for triangles in [1, 2] {
+        let alone = render(&scattered(false, triangles), Precision::Standard).0;
+        let shared = render(&scattered(true, triangles), Precision::Standard).0;
+        let differ = alone.pixels.iter().zip(&shared.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
+        // A ray along an edge may fall on either side.
+        assert!(differ <= 8, "{differ} of 4,096 pixels differ");
+        assert!(mean(&alone)[0] < 0.98, "something is in the picture");
+    }
+}

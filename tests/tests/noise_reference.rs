@@ -2,7 +2,7 @@
 
 use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
-use oslcl_tests::exr_file::read_rgb;
+use oslcl_runtime::film::read_exr;
 use oslcl_tests::grid::{self, Case, Precision};
 use oslcl_tests::points;
 use std::path::PathBuf;
@@ -25,11 +25,11 @@ fn noise_agrees_with_the_reference() {
     let device = Device::open(None).expect("a device");
     let values = grid::run(&device, Precision::Single, &cases, &points).unwrap_or_else(|e| panic!("{e}"));
     for (index, kind) in KINDS.iter().enumerate() {
-        let (width, height, pixels) = read_rgb(&folder.join(format!("nz_{kind}.exr"))).expect("a picture");
-        assert_eq!((width, height), (n, n));
+        let picture = read_exr(&folder.join(format!("nz_{kind}.exr"))).expect("a picture");
+        assert_eq!((picture.width, picture.height), (n, n));
         let mut worst: f64 = 0.0;
         let mut beyond = 0;
-        for (pixel, value) in pixels.iter().zip(&values) {
+        for (pixel, value) in picture.pixels.iter().zip(&values) {
             let ours = &value[3 * index..3 * index + 3];
             let error = pixel.iter().zip(ours).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
             worst = worst.max(error);

@@ -76,6 +76,7 @@ fn round_up(v: DVec3) -> Vec3 {
 }
 
 /// What a child of a node is.
+#[derive(Clone, Copy)]
 enum Child {
     Node(usize),
     Leaf { first: u32, count: u32 },
@@ -90,14 +91,20 @@ fn write_nodes(bvh: &Bvh2, nodes: &mut Vec<f32>, leaf: &mut dyn FnMut(u32, u32) 
         nodes.resize(nodes.len() + NODE_FLOATS, 0.0);
         index
     };
-    let empty = Aabb { min: Vec3A::splat(f32::MAX), max: Vec3A::splat(f32::MIN) };
     let top = &bvh.nodes[0];
     let root_at = fresh(nodes);
     if top.prim_count > 0 {
-        // A root that is a leaf: one child holds it, the other is a box that nothing enters.
-        let child = leaf(top.first_index, top.prim_count);
-        put_child(nodes, root_at, 0, &top.aabb, &child);
-        put_child(nodes, root_at, 1, &empty, &Child::Leaf { first: 0, count: 1 });
+        // A node has two children: a root that is a leaf is cut in two, or stands twice when there is nothing to cut.
+        let half = top.prim_count / 2;
+        let children = if half > 0 {
+            [leaf(top.first_index, half), leaf(top.first_index + half, top.prim_count - half)]
+        } else {
+            let only = leaf(top.first_index, top.prim_count);
+            [only, only]
+        };
+        for (side, child) in children.iter().enumerate() {
+            put_child(nodes, root_at, side, &top.aabb, child);
+        }
         return Ok(Tree { root, depth: 1, order: Vec::new() });
     }
     let mut stack = vec![(0usize, root_at, 1u32)];
@@ -136,8 +143,7 @@ fn put_child(nodes: &mut [f32], node: usize, side: usize, aabb: &Aabb, child: &C
         Child::Leaf { first, count } => (*first, *count),
     };
     // Edges are stored as differences: a corner is off by the rounding of two numbers of the triangle's size.
-    let filled = aabb.min.x <= aabb.max.x;
-    let slack = if filled { aabb.max.abs().max(aabb.min.abs()).max_element() * 4.0 * f32::EPSILON } else { 0.0 };
+    let slack = aabb.max.abs().max(aabb.min.abs()).max_element() * 4.0 * f32::EPSILON;
     let places = child_places(side);
     for k in 0..3 {
         node[places[k]] = aabb.min[k] - slack;
@@ -156,12 +162,11 @@ mod tests {
     }
 
     #[test]
-    fn a_single_triangle_makes_a_root_with_one_leaf() {
+    fn a_single_triangle_is_both_children_of_the_root() {
         let mut nodes = Vec::new();
         let tree = over_triangles(&[triangle(0.0)], 5, &mut nodes).expect("builds");
         assert_eq!((nodes.len(), tree.root, tree.order.as_slice()), (16, 0, &[0u32][..]));
-        assert_eq!((nodes[12].to_bits(), nodes[14].to_bits()), (5, 1));
-        assert!(nodes[1] > nodes[3], "the other child is empty");
+        assert_eq!([12, 13, 14, 15].map(|i: usize| nodes[i].to_bits()), [5, 5, 1, 1]);
     }
 
     #[test]

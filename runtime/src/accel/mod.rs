@@ -317,9 +317,8 @@ impl<'a> Builder<'a> {
     fn put_on_top(&mut self, mut top: Vec<f32>, names: &[u32]) {
         let shift = (top.len() / bvh::NODE_FLOATS) as u32;
         for node in top.chunks_mut(bvh::NODE_FLOATS) {
-            for [least, .., greatest, _, _, index, count] in [0, 1].map(bvh::child_places) {
-                // An empty box names nothing.
-                if node[count].to_bits() > 0 && node[least] <= node[greatest] {
+            for [.., index, count] in [0, 1].map(bvh::child_places) {
+                if node[count].to_bits() > 0 {
                     node[index] = f32::from_bits(names[node[index].to_bits() as usize]);
                 }
             }

@@ -6,142 +6,77 @@ use crate::accel;
 use crate::scene::Scene;
 use oslcl_compiler::{Artifact, Radiance};
 
-/// Something that is simulated only when a scene calls for it. Off means: no code, no buffer, no launch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[allow(missing_docs)] // `text` says what each is.
-pub enum Effect {
-    Surfaces,
-    ThinLens,
-    Lights,
-    VaryingLights,
-    Environment,
-    VaryingEnvironment,
-    EnvironmentSampling,
-    Roulette,
-    Instances,
-    Normals,
-    Uvs,
-    Tangents,
-    SurfaceArea,
-    ObjectSpace,
-    CameraSpace,
-    RayType,
-    Holdout,
-    LobeDiffuse,
-    LobeOrenNayar,
-    LobeTranslucent,
-    LobePhong,
-    LobeWard,
-    LobeMicrofacet,
-    LobeReflection,
-    LobeRefraction,
-    LobeTransparent,
-    LobeConductor,
-    DoublePrecision,
+macro_rules! effects {
+    ($($effect:ident: $name:literal, $text:literal;)*) => {
+        /// Something that is simulated only when a scene calls for it. Off means: no code, no buffer, no launch.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Effect {
+            $(#[doc = $text] $effect,)*
+        }
+
+        impl Effect {
+            /// All of them, in the order of the table that `oslcl plan` prints.
+            pub const ALL: &'static [Effect] = &[$(Effect::$effect),*];
+
+            /// Its name.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Effect::$effect => $name,)*
+                }
+            }
+
+            /// What it is, in a few words.
+            pub fn text(self) -> &'static str {
+                match self {
+                    $(Effect::$effect => $text,)*
+                }
+            }
+        }
+    };
+}
+
+effects! {
+    Surfaces: "surfaces", "surfaces that rays can meet";
+    ThinLens: "thin_lens", "depth of field of a thin lens";
+    Lights: "lights", "emissive surfaces, sampled directly";
+    VaryingLights: "varying_lights", "emission that differs from point to point: light rays ask the shader";
+    Environment: "environment", "light from outside the scene";
+    VaryingEnvironment: "varying_environment", "environment that differs by direction: paths ask the shader";
+    EnvironmentSampling: "environment_sampling", "environment sampled directly, by a map of its radiance";
+    Roulette: "roulette", "Russian roulette";
+    Instances: "instances", "meshes that are placed more than once: a second level of the tree";
+    Normals: "normals", "interpolated shading normals";
+    Uvs: "uvs", "texture coordinates";
+    Tangents: "tangents", "dPdu and dPdv";
+    SurfaceArea: "surface_area", "surfacearea()";
+    ObjectSpace: "object_space", "object and shader space";
+    CameraSpace: "camera_space", "camera space";
+    RayType: "raytype", "raytype()";
+    Holdout: "holdout", "holdout: an alpha channel";
+    LobeDiffuse: "lobe_diffuse", "a lobe of the BSDFs";
+    LobeOrenNayar: "lobe_oren_nayar", "a lobe of the BSDFs";
+    LobeTranslucent: "lobe_translucent", "a lobe of the BSDFs";
+    LobePhong: "lobe_phong", "a lobe of the BSDFs";
+    LobeWard: "lobe_ward", "a lobe of the BSDFs";
+    LobeMicrofacet: "lobe_microfacet", "a lobe of the BSDFs";
+    LobeReflection: "lobe_reflection", "a lobe of the BSDFs";
+    LobeRefraction: "lobe_refraction", "a lobe of the BSDFs";
+    LobeTransparent: "lobe_transparent", "a lobe of the BSDFs";
+    LobeConductor: "lobe_conductor", "a lobe of the BSDFs";
+    DoublePrecision: "double_precision", "64-bit arithmetic";
 }
 
 use Effect::*;
 
 impl Effect {
-    /// All of them, in the order of the table that `oslcl plan` prints.
-    pub const ALL: [Effect; 28] = [
-        Surfaces,
-        ThinLens,
-        Lights,
-        VaryingLights,
-        Environment,
-        VaryingEnvironment,
-        EnvironmentSampling,
-        Roulette,
-        Instances,
-        Normals,
-        Uvs,
-        Tangents,
-        SurfaceArea,
-        ObjectSpace,
-        CameraSpace,
-        RayType,
-        Holdout,
-        LobeDiffuse,
-        LobeOrenNayar,
-        LobeTranslucent,
-        LobePhong,
-        LobeWard,
-        LobeMicrofacet,
-        LobeReflection,
-        LobeRefraction,
-        LobeTransparent,
-        LobeConductor,
-        DoublePrecision,
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Surfaces => "surfaces",
-            ThinLens => "thin_lens",
-            Lights => "lights",
-            VaryingLights => "varying_lights",
-            Environment => "environment",
-            VaryingEnvironment => "varying_environment",
-            EnvironmentSampling => "environment_sampling",
-            Roulette => "roulette",
-            Instances => "instances",
-            Normals => "normals",
-            Uvs => "uvs",
-            Tangents => "tangents",
-            SurfaceArea => "surface_area",
-            ObjectSpace => "object_space",
-            CameraSpace => "camera_space",
-            RayType => "raytype",
-            Holdout => "holdout",
-            LobeDiffuse => "lobe_diffuse",
-            LobeOrenNayar => "lobe_oren_nayar",
-            LobeTranslucent => "lobe_translucent",
-            LobePhong => "lobe_phong",
-            LobeWard => "lobe_ward",
-            LobeMicrofacet => "lobe_microfacet",
-            LobeReflection => "lobe_reflection",
-            LobeRefraction => "lobe_refraction",
-            LobeTransparent => "lobe_transparent",
-            LobeConductor => "lobe_conductor",
-            DoublePrecision => "double_precision",
-        }
-    }
-
     /// Its macro in the kernels.
     pub fn macro_name(self) -> String {
         format!("HAS_{}", self.name().to_uppercase())
     }
 
-    /// What it is, in a few words.
-    pub fn text(self) -> &'static str {
-        match self {
-            Surfaces => "surfaces that rays can meet",
-            ThinLens => "depth of field of a thin lens",
-            Lights => "emissive surfaces, sampled directly",
-            VaryingLights => "emission that differs from point to point: light rays ask the shader",
-            Environment => "light from outside the scene",
-            VaryingEnvironment => "environment that differs by direction: paths ask the shader",
-            EnvironmentSampling => "environment sampled directly, by a map of its radiance",
-            Roulette => "Russian roulette",
-            Instances => "meshes that are placed more than once: a second level of the tree",
-            Normals => "interpolated shading normals",
-            Uvs => "texture coordinates",
-            Tangents => "dPdu and dPdv",
-            SurfaceArea => "surfacearea()",
-            ObjectSpace => "object and shader space",
-            CameraSpace => "camera space",
-            RayType => "raytype()",
-            Holdout => "holdout: an alpha channel",
-            DoublePrecision => "64-bit arithmetic",
-            _ => "a lobe of the BSDFs",
-        }
-    }
-
     /// The effect of a lobe, by its name in artifacts.
     pub fn of_lobe(name: &str) -> Option<Effect> {
-        Effect::ALL.into_iter().find(|e| e.name().strip_prefix("lobe_") == Some(name))
+        Effect::ALL.iter().copied().find(|e| e.name().strip_prefix("lobe_") == Some(name))
     }
 }
 
@@ -181,7 +116,7 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool
     if double {
         ask(DoublePrecision, "precision: reference".into());
     }
-    Effect::ALL.into_iter().zip(asked).map(|(effect, asked_by)| Decision { effect, asked_by }).collect()
+    Effect::ALL.iter().zip(asked).map(|(effect, asked_by)| Decision { effect: *effect, asked_by }).collect()
 }
 
 fn who(scene: &Scene, index: usize) -> String {
