@@ -8,14 +8,29 @@ use oslcl_compiler::{Artifact, Binding, Failure, Includes, Options, compile};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A material that does not compile.
+/// A material that can't be had.
 #[derive(Debug, thiserror::Error)]
-#[error("material `{material}`:\n{failure}")]
-pub struct Error {
-    /// Its name in the scene.
-    pub material: String,
-    /// What the compiler says.
-    pub failure: Box<Failure>,
+pub enum Error {
+    /// It does not compile.
+    #[error("material `{material}`:\n{failure}")]
+    Compile {
+        /// Its name in the scene.
+        material: String,
+        /// What the compiler says.
+        failure: Box<Failure>,
+    },
+    /// Its shader is for something else.
+    #[error(
+        "material `{material}`: `{shader}` is a {kind} shader, but surfaces and the environment take surface shaders"
+    )]
+    Kind {
+        /// Its name in the scene.
+        material: String,
+        /// Its shader's name.
+        shader: String,
+        /// `displacement` or `volume`.
+        kind: String,
+    },
 }
 
 /// The compiled materials of a scene.
@@ -49,6 +64,10 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
     for (result, material) in results.into_iter().zip(&scene.materials) {
         compiled.artifacts.push(match result {
             None => None,
+            Some(Ok(output)) if ["displacement", "volume"].contains(&output.artifact.kind.as_str()) => {
+                let Artifact { name, kind, .. } = output.artifact;
+                return Err(Error::Kind { material: material.name.clone(), shader: name, kind });
+            }
             Some(Ok(output)) => {
                 let plain =
                     |d: &Diagnostic| oslcl_compiler::diag::render_plain(&output.sources, std::slice::from_ref(d));
@@ -56,7 +75,7 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
                 Some(output.artifact)
             }
             Some(Err(failure)) => {
-                return Err(Error { material: material.name.clone(), failure: Box::new(failure) });
+                return Err(Error::Compile { material: material.name.clone(), failure: Box::new(failure) });
             }
         });
     }
