@@ -32,7 +32,7 @@ pub enum Error {
     },
     /// A buffer could not be had.
     #[error(
-        "`{device}` is out of memory: buffer `{buffer}` needs {}, all buffers together {}, and there are {}\n  \
+        "`{device}` is out of memory: buffer `{buffer}` needs {}, the whole render {}, and there are {}\n  \
          help: use fewer triangles or a smaller picture",
         Bytes(*bytes), Bytes(*total), Bytes(*available)
     )]
@@ -43,7 +43,7 @@ pub enum Error {
         buffer: String,
         /// Bytes that it asks for.
         bytes: u64,
-        /// Bytes of all buffers that are asked for together.
+        /// Bytes of all that is needed at once; where the device is the host, its copies too.
         total: u64,
         /// Bytes that the device has for them.
         available: u64,
