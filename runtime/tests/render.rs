@@ -202,7 +202,10 @@ fn materials_are_checked() {
     at.write("cycle.osl", "#include \"a.h\"\nsurface cycle() {}\n");
     at.write("a.h", "#include \"b.h\"\n");
     at.write("b.h", "#include \"a.h\"\n");
-    at.refuses(&square("shader = \"cycle.osl\""), &["in material `m`", "a.h:1:", "includes itself: b.h -> a.h -> b.h"]);
+    at.refuses(
+        &square("shader = \"cycle.osl\""),
+        &["in material `m`", "error[E0002]", "includes itself: ", "a.h -> b.h"],
+    );
     at.write("volume.osl", "volume smoke() { Ci = 0; }\n");
     at.refuses(&square("shader = \"volume.osl\""), &["s.toml: material `m`: `smoke` is a volume shader"]);
 }

@@ -76,6 +76,9 @@ fn progress_bar(quiet: bool) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {eta} left") {
         bar.set_style(style);
     }
+    // The first picture of a scene may wait for its programs a good while.
+    bar.set_message("preparing");
+    bar.tick();
     bar
 }
 
