@@ -6,16 +6,32 @@ use crate::scene::{Material, ParamValue, Scene};
 use oslcl_compiler::diag::Diagnostic;
 use oslcl_compiler::{Artifact, Binding, Failure, Includes, Options, compile};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// A material that does not compile.
+/// A material that can't be had.
 #[derive(Debug, thiserror::Error)]
-#[error("material `{material}`:\n{failure}")]
-pub struct Error {
-    /// Its name in the scene.
-    pub material: String,
-    /// What the compiler says.
-    pub failure: Box<Failure>,
+pub enum Error {
+    /// It does not compile.
+    #[error("material `{material}`:\n{failure}")]
+    Compile {
+        /// Its name in the scene.
+        material: String,
+        /// What the compiler says.
+        failure: Box<Failure>,
+    },
+    /// Its shader is for something else.
+    #[error(
+        "material `{material}`: `{shader}` is a {kind} shader, but surfaces and the environment take surface shaders"
+    )]
+    Kind {
+        /// Its name in the scene.
+        material: String,
+        /// Its shader's name.
+        shader: String,
+        /// `displacement` or `volume`.
+        kind: String,
+    },
 }
 
 /// The compiled materials of a scene.
@@ -34,21 +50,32 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
     for id in scene.instances.iter().map(|i| i.material).chain(scene.environment) {
         used[id.0 as usize] = true;
     }
-    let results: Vec<Option<Result<_, Failure>>> = std::thread::scope(|scope| {
-        let threads: Vec<_> = scene
-            .materials
-            .iter()
-            .zip(used)
-            .map(|(material, used)| used.then(|| scope.spawn(move || compile_one(material))))
-            .collect();
-        // A panic in there is a defect of ours: it goes on here, with its own message.
-        let join = |t: std::thread::ScopedJoinHandle<'_, _>| t.join().unwrap_or_else(|p| std::panic::resume_unwind(p));
-        threads.into_iter().map(|t| t.map(join)).collect()
+    let next = AtomicUsize::new(0);
+    let results: Vec<Mutex<Option<Result<_, Failure>>>> = used.iter().map(|_| Mutex::new(None)).collect();
+    let work = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(slot) = results.get(index) else { break };
+            if used[index] {
+                *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(compile_one(&scene.materials[index]));
+            }
+        }
+    };
+    // A scene may have thousands of materials: a thread each would be too many.
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(results.len());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(work);
+        }
     });
     let mut compiled = Compiled { artifacts: Vec::new(), warnings: Vec::new() };
     for (result, material) in results.into_iter().zip(&scene.materials) {
-        compiled.artifacts.push(match result {
+        compiled.artifacts.push(match result.into_inner().unwrap_or_else(PoisonError::into_inner) {
             None => None,
+            Some(Ok(output)) if ["displacement", "volume"].contains(&output.artifact.kind.as_str()) => {
+                let Artifact { name, kind, .. } = output.artifact;
+                return Err(Error::Kind { material: material.name.clone(), shader: name, kind });
+            }
             Some(Ok(output)) => {
                 let plain =
                     |d: &Diagnostic| oslcl_compiler::diag::render_plain(&output.sources, std::slice::from_ref(d));
@@ -56,7 +83,7 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
                 Some(output.artifact)
             }
             Some(Err(failure)) => {
-                return Err(Error { material: material.name.clone(), failure: Box::new(failure) });
+                return Err(Error::Compile { material: material.name.clone(), failure: Box::new(failure) });
             }
         });
     }

@@ -10,6 +10,7 @@ use crate::precision::Precision;
 use crate::scene::{self, Scene};
 use crate::wavefront::{Counts, Spread, Wavefront};
 use crate::{accel, device, programs};
+use oslcl_compiler::Radiance;
 use std::time::{Duration, Instant};
 
 /// Why there is no picture.
@@ -33,6 +34,12 @@ pub enum Error {
     /// Nothing to render.
     #[error("the scene has neither surfaces nor an environment: there is nothing to see")]
     Empty,
+    /// Nothing to render but an environment that is black.
+    #[error("the scene has no surfaces, and its environment is black: {}", dark(material))]
+    Dark {
+        /// The environment's material.
+        material: String,
+    },
     /// A picture too large for its pixels to be numbered.
     #[error("a picture of {width} x {height} pixels is too large: at most 2^30 pixels are possible")]
     TooLarge {
@@ -98,9 +105,24 @@ pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Err
     if scene.instances.is_empty() && scene.environment.is_none() {
         return Err(Error::Empty);
     }
-    let compiled = materials::compile_all(scene)?;
+    let mut compiled = materials::compile_all(scene)?;
+    if let Some(id) = scene.environment
+        && let Some(artifact) = &compiled.artifacts[id.0 as usize]
+        && artifact.background == Radiance::None
+    {
+        let material = scene.materials[id.0 as usize].name.clone();
+        if scene.instances.is_empty() {
+            return Err(Error::Dark { material });
+        }
+        compiled.warnings.push(format!("warning: the environment is black: {}\n", dark(&material)));
+    }
     let plan = Plan::new(scene, &compiled.artifacts, precision);
     Ok((plan, compiled))
+}
+
+/// Why an environment is black.
+fn dark(material: &str) -> String {
+    format!("material `{material}` puts no background() into Ci, or one of weight 0")
 }
 
 /// Renders a scene. `watch` hears of the progress a few times a second at most as often as work is checked.
@@ -134,14 +156,19 @@ pub fn render(
 
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
+    Wavefront::check_room(device, &plan, pixels, &geometry, spread)?;
     let start = Instant::now();
     let kernels = programs::build(device, &plan, spread.paths)?;
-    let build_time = start.elapsed();
+    let mut build_time = start.elapsed();
 
     let start = Instant::now();
     let mut wavefront = Wavefront::new(device, &plan, &kernels, scene, &mut geometry, spread)?;
     device.finish()?;
     geometry_time += start.elapsed();
+
+    let start = Instant::now();
+    wavefront.warm_up()?;
+    build_time += start.elapsed();
 
     let start = Instant::now();
     let wanted = scene.integrator.samples;

@@ -117,27 +117,39 @@ impl<'a> Wavefront<'a> {
         Ok(wavefront)
     }
 
+    /// Whether the device has room for all of a render, the picture at its end included: to be asked before anything is built.
+    pub fn check_room(
+        device: &Device,
+        plan: &Plan,
+        pixels: u64,
+        geometry: &Geometry,
+        spread: Spread,
+    ) -> Result<(), Error> {
+        let numbers = pixels * u64::from(plan.layout.film_channels());
+        let real_bytes = plan.precision.real_bytes();
+        let mut sizes: Vec<(&str, u64)> =
+            plan.layout.buffers().map(|(id, name)| (name, size(id, plan, pixels, geometry, spread))).collect();
+        sizes.push(("picture", numbers * real_bytes));
+        // `resolve` holds the picture as it came and in f64.
+        device.check_room(&sizes, numbers * (real_bytes + 8))
+    }
+
     fn precision(&self) -> Precision {
         self.plan.precision
     }
 
     fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry) -> Result<Buffer, Error> {
         let device = self.device;
-        let paths = u64::from(self.spread.paths);
-        let real_bytes = self.precision().real_bytes();
-        let layout = &self.plan.layout;
+        let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, self.spread));
         let reals = |data: &[f64]| upload_reals(device, name, data, self.precision());
-        let cells = u64::from(ENVIRONMENT_MAP_SIZE.0) * u64::from(ENVIRONMENT_MAP_SIZE.1);
         match id {
-            BufferId::Path => device.buffer(name, paths * u64::from(layout.real_planes()) * real_bytes),
-            BufferId::PathUint => device.buffer(name, paths * u64::from(layout.uint_planes()) * 4),
-            BufferId::Queues => device.buffer(name, paths * u64::from(layout.queue_count()) * 4),
-            BufferId::Counters => device.upload(name, &vec![0u32; layout.counter_words()]),
+            BufferId::Path | BufferId::PathUint | BufferId::Queues => empty(),
+            BufferId::EnvironmentCells | BufferId::EnvironmentAlias => empty(),
+            BufferId::Counters => device.upload(name, &vec![0u32; self.plan.layout.counter_words()]),
             BufferId::Settings => device.upload(name, &self.settings),
             BufferId::Constants => reals(&constants(scene, self.plan)),
             BufferId::Film => {
-                let sums = self.pixels * u64::from(self.spread.slots_per_pixel) * u64::from(layout.film_channels());
-                let mut film = device.buffer(name, 2 * sums * real_bytes)?;
+                let mut film = empty()?;
                 device.clear(&mut film)?;
                 Ok(film)
             }
@@ -154,8 +166,6 @@ impl<'a> Wavefront<'a> {
             BufferId::InstanceRoots => device.upload(name, &g.instance_roots),
             BufferId::Lights => reals(&g.lights.reals),
             BufferId::LightWords => device.upload(name, &g.lights.words),
-            BufferId::EnvironmentCells => device.buffer(name, 2 * cells * real_bytes),
-            BufferId::EnvironmentAlias => device.buffer(name, 4 * cells),
         }
     }
 
@@ -204,6 +214,15 @@ impl<'a> Wavefront<'a> {
         self.buffers.insert(BufferId::EnvironmentCells, cells);
         self.buffers.insert(BufferId::EnvironmentAlias, self.device.upload("environment_alias", &table.alias)?);
         Ok(())
+    }
+
+    /// Launches every stage with nothing to do: drivers that finish compiling a kernel at its first launch do so now, so that
+    /// the first sample says how long the others take.
+    pub fn warm_up(&mut self) -> Result<(), Error> {
+        self.set(Setting::Slots, 0);
+        self.write_settings()?;
+        self.batch(&mut |_| true)?;
+        self.device.finish()
     }
 
     /// Renders samples `first..end` of every pixel. `watch` hears how many paths are finished so far and may stop the work
@@ -337,6 +356,40 @@ impl<'a> Wavefront<'a> {
             self.launch(kernel, samples, Some(&picture), self.pixels)?;
         }
         read_reals(self.device, &picture, numbers, self.precision())
+    }
+}
+
+/// Bytes of a buffer.
+fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, spread: Spread) -> u64 {
+    let layout = &plan.layout;
+    let paths = u64::from(spread.paths);
+    let cells = u64::from(ENVIRONMENT_MAP_SIZE.0) * u64::from(ENVIRONMENT_MAP_SIZE.1);
+    let reals = |count: u64| count * plan.precision.real_bytes();
+    let words = |count: usize| 4 * count as u64;
+    match id {
+        BufferId::Path => reals(paths * u64::from(layout.real_planes())),
+        BufferId::PathUint => 4 * paths * u64::from(layout.uint_planes()),
+        BufferId::Queues => 4 * paths * u64::from(layout.queue_count()),
+        BufferId::Counters => words(layout.counter_words()),
+        BufferId::Settings => words(Setting::ALL.len()),
+        BufferId::Constants => reals(Constant::total() as u64),
+        // Sums and what their rounding lost.
+        BufferId::Film => reals(2 * pixels * u64::from(spread.slots_per_pixel) * u64::from(layout.film_channels())),
+        BufferId::Nodes => words(g.nodes.len()),
+        BufferId::Triangles => reals(g.triangles.len() as u64),
+        BufferId::TriangleIds => words(g.triangle_ids.len()),
+        BufferId::Corners => words(g.corners.len()),
+        BufferId::Shapes => words(g.shapes.len()),
+        BufferId::Normals => words(g.normals.len()),
+        BufferId::Uvs => words(g.uvs.len()),
+        BufferId::Areas => reals(g.areas.len() as u64),
+        BufferId::ObjectSpaces => reals(g.object_spaces.len() as u64),
+        BufferId::Instances => reals(g.instances.len() as u64),
+        BufferId::InstanceRoots => words(g.instance_roots.len()),
+        BufferId::Lights => reals(g.lights.reals.len() as u64),
+        BufferId::LightWords => words(g.lights.words.len()),
+        BufferId::EnvironmentCells => reals(2 * cells),
+        BufferId::EnvironmentAlias => 4 * cells,
     }
 }
 

@@ -3,6 +3,7 @@
 //! In: nothing. Out: [`Cli`], which the commands of this folder carry out. It must not know how.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use oslcl_runtime::scene::{Film, Integrator};
 use std::path::PathBuf;
 
 /// Compiles Open Shading Language materials and renders scenes with them on any OpenCL device.
@@ -71,13 +72,13 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Samples per pixel [default: the scene's].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
     pub spp: Option<u32>,
     /// Size of the picture in pixels [default: the scene's].
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Longest path, counted in edges [default: the scene's].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::DEEPEST)))]
     pub depth: Option<u32>,
     /// Stop after this many seconds, whatever samples are done.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
@@ -92,9 +93,10 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "standard")]
     pub precision: PrecisionArg,
     /// Exposure of a .png in stops.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true,
+          value_parser = parse_stops)]
     pub exposure: f64,
-    /// No progress bar and no summary.
+    /// Say nothing but errors: no progress bar, no summary, no warnings.
     #[arg(short, long)]
     pub quiet: bool,
 }
@@ -191,8 +193,8 @@ pub struct ShadeArgs {
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let (w, h) = text.split_once(['x', 'X']).ok_or("expected WIDTHxHEIGHT, such as 640x480")?;
     let side = |s: &str| match s.parse::<u32>() {
-        Ok(n @ 1..=65536) => Ok(n),
-        _ => Err(format!("`{s}` is not a whole number from 1 to 65536")),
+        Ok(n @ 1..=Film::LARGEST) => Ok(n),
+        _ => Err(format!("`{s}` is not a whole number from 1 to {}", Film::LARGEST)),
     };
     Ok((side(w)?, side(h)?))
 }
@@ -201,5 +203,12 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(s) if s.is_finite() && s > 0.0 => Ok(s),
         _ => Err(format!("`{text}` is not a positive number of seconds")),
+    }
+}
+
+fn parse_stops(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(stops) if (-100.0..=100.0).contains(&stops) => Ok(stops),
+        _ => Err(format!("`{text}` is not a number of stops from -100 to 100")),
     }
 }

@@ -10,9 +10,14 @@ use std::fmt::Write;
 pub fn run(args: &CompareArgs) -> Result<(), Error> {
     let (picture, reference) = (read_exr(&args.picture)?, read_exr(&args.reference)?);
     let (Some(error), Some(tile)) = (relative_mse(&picture, &reference), worst_tile(&picture, &reference)) else {
-        return Err(Error::Usage(format!(
-            "the pictures differ in size: {} x {} and {} x {}",
-            picture.width, picture.height, reference.width, reference.height
+        return Err(Error::Compare(format!(
+            "the pictures differ in size: {} has {} x {} pixels, {} has {} x {}",
+            args.picture.display(),
+            picture.width,
+            picture.height,
+            args.reference.display(),
+            reference.width,
+            reference.height
         )));
     };
     let (a, b) = (mean(&picture), mean(&reference));

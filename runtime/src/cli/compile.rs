@@ -3,11 +3,11 @@
 //! In: OSL files. Out: NAME.cl, which a driver builds as it stands, and NAME.json, the whole artifact.
 
 use super::args::CompileArgs;
-use super::files::{self, Output};
 use super::sources::{self, Folders};
 use super::{Error, params, report, terminal};
 use oslcl_compiler::{Artifact, Options};
 use oslcl_runtime::assemble;
+use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -66,7 +66,7 @@ fn compile(path: &Path, args: &CompileArgs) -> Result<String, Error> {
     let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
     let artifact = master.instance(&options).map_err(|failure| report::report(&failure))?.artifact;
     if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder).map_err(|cause| Error::Write { path: folder.clone(), cause })?;
+        std::fs::create_dir_all(folder).map_err(|e| files::Error { path: folder.clone(), cause: e.into() })?;
     }
     let base = base(path, args);
     let (code, json) = (with_ending(&base, ".cl"), with_ending(&base, ".json"));

@@ -8,7 +8,6 @@ mod check;
 mod compare;
 mod compile;
 mod devices;
-mod files;
 mod info;
 mod params;
 mod plan;
@@ -42,19 +41,22 @@ pub enum Error {
     #[error(transparent)]
     Scene(#[from] oslcl_runtime::scene::Error),
     /// A scene can't be rendered.
-    #[error(transparent)]
-    Render(oslcl_runtime::render::Error),
+    #[error("{}: {cause}", scene.display())]
+    Render {
+        /// The scene.
+        scene: PathBuf,
+        /// Why.
+        cause: oslcl_runtime::render::Error,
+    },
     /// A picture can't be written.
     #[error(transparent)]
     Film(#[from] oslcl_runtime::film::Error),
     /// A file can't be written.
-    #[error("cannot write `{}`: {cause}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        cause: io::Error,
-    },
+    #[error(transparent)]
+    Write(#[from] oslcl_runtime::files::Error),
+    /// Pictures that can't be compared.
+    #[error("{0}")]
+    Compare(String),
     /// Standard output takes no more.
     #[error("cannot write to standard output: {0}")]
     Print(io::Error),

@@ -11,7 +11,11 @@ use std::fmt::Write;
 pub fn run(args: &PlanArgs) -> Result<(), Error> {
     let precision = Precision::from(args.precision);
     let scene = render::load(&args.scene)?;
-    let (plan, _) = oslcl_runtime::render::plan(&scene, precision).map_err(render::say)?;
+    let planned = oslcl_runtime::render::plan(&scene, precision);
+    let (plan, compiled) = planned.map_err(|error| render::say(&args.scene, error))?;
+    for warning in &compiled.warnings {
+        terminal::say(warning);
+    }
     terminal::print(&if args.json { json(&plan, precision) } else { text(&plan, precision) })
 }
 

@@ -5,7 +5,9 @@ use super::{Error, report, terminal};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film;
+use oslcl_runtime::materials;
 use oslcl_runtime::precision::Precision;
+use oslcl_runtime::programs;
 use oslcl_runtime::render::{self, Options, Progress, Summary};
 use oslcl_runtime::scene::{self, Film, Scene};
 use std::fmt::Write;
@@ -27,13 +29,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     let bar = progress_bar(args.quiet);
     let result = render::render(&scene, &device, &options, &mut |p| show(&bar, p));
     bar.finish_and_clear();
-    let (picture, summary) = result.map_err(say)?;
-    for warning in &summary.warnings {
-        terminal::say(warning);
-    }
+    let (picture, summary) = result.map_err(|error| say(&args.scene, error))?;
     film::write(&args.output, &picture, args.exposure as f32)?;
     if !args.quiet {
-        terminal::say(&describe(args, &summary));
+        for warning in &summary.warnings {
+            terminal::say(warning);
+        }
+        terminal::say(&describe(args, &scene, &summary));
     }
     Ok(())
 }
@@ -43,14 +45,15 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
     Ok(scene::load(path)?)
 }
 
-/// A material's diagnostics are shown as the compiler's always are.
-pub fn say(error: render::Error) -> Error {
+/// A material's diagnostics are shown as the compiler's always are. What is wrong with a device is no matter of the scene's.
+pub fn say(scene: &Path, error: render::Error) -> Error {
     match error {
-        render::Error::Material(e) => {
-            terminal::say(&format!("in material `{}`:\n", e.material));
-            report::report(&e.failure)
+        render::Error::Material(materials::Error::Compile { material, failure }) => {
+            terminal::say(&format!("{}: in material `{material}`:\n", scene.display()));
+            report::report(&failure)
         }
-        other => Error::Render(other),
+        render::Error::Device(cause) | render::Error::Program(programs::Error::Device(cause)) => Error::Device(cause),
+        cause => Error::Render { scene: scene.to_owned(), cause },
     }
 }
 
@@ -73,6 +76,9 @@ fn progress_bar(quiet: bool) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {eta} left") {
         bar.set_style(style);
     }
+    // The first picture of a scene may wait for its programs a good while.
+    bar.set_message("preparing");
+    bar.tick();
     bar
 }
 
@@ -93,11 +99,13 @@ fn rays_per_second(counts: &oslcl_runtime::wavefront::Counts, time: Duration) ->
     (counts.rays + counts.shadow_rays) as f64 / time.as_secs_f64().max(1e-9)
 }
 
-fn describe(args: &RenderArgs, s: &Summary) -> String {
+fn describe(args: &RenderArgs, scene: &Scene, s: &Summary) -> String {
     let mut out = String::new();
     let effects: Vec<&str> = s.plan.decisions.iter().filter(|d| d.is_on()).map(|d| d.effect.name()).collect();
     let seconds = s.render_time.as_secs_f64();
-    let _ = writeln!(out, "picture    {}, {} samples per pixel", args.output.display(), s.samples);
+    let wanted = scene.integrator.samples;
+    let stopped = if s.samples < wanted { format!(" of {wanted}, stopped by --time") } else { String::new() };
+    let _ = writeln!(out, "picture    {}, {} samples per pixel{stopped}", args.output.display(), s.samples);
     let _ = writeln!(out, "device     {}", s.device);
     let _ = writeln!(out, "effects    {}", effects.join(", "));
     let _ = writeln!(

@@ -1,12 +1,12 @@
 //! `oslcl shade`: runs a shader over a grid of points; prints its outputs or writes them to pictures.
 
 use super::args::{PrecisionArg, ShadeArgs};
-use super::files::{self, Output};
 use super::sources::{self, Folders};
 use super::{Error, params, report, terminal};
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
 use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
+use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::shade::{self, Grid, Plane};
 use std::io::{self, Cursor, Write};
@@ -50,10 +50,10 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let mut pictures = Vec::new();
     for (name, path) in wanted {
         let Some(plane) = planes.iter().find(|p| p.name == name) else { continue };
-        let bytes = encode(plane).map_err(|cause| Error::Write { path: path.clone(), cause })?;
+        let bytes = encode(plane).map_err(|e| files::Error { path: path.clone(), cause: e.into() })?;
         pictures.push(Output { path, bytes });
     }
-    files::replace(&pictures)
+    Ok(files::replace(&pictures)?)
 }
 
 /// `PARAM=FILE`.

@@ -1,4 +1,8 @@
 //! What can go wrong on a device.
+//!
+//! In: made by the rest of this folder. Out: printed as they are. It must not know what buffers are for.
+
+use std::fmt;
 
 /// A failure on a device, with the object and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -28,16 +32,20 @@ pub enum Error {
     },
     /// A buffer could not be had.
     #[error(
-        "`{device}` is out of memory: buffer `{buffer}` needs {bytes} bytes ({available} in all on the device)\n  help: use fewer triangles or a smaller picture"
+        "`{device}` is out of memory: buffer `{buffer}` needs {}, the whole render {}, and there are {}\n  \
+         help: use fewer triangles or a smaller picture",
+        Bytes(*bytes), Bytes(*total), Bytes(*available)
     )]
     OutOfMemory {
         /// The device's name.
         device: String,
-        /// The buffer's label.
+        /// The label of the largest buffer.
         buffer: String,
-        /// Bytes asked for.
+        /// Bytes that it asks for.
         bytes: u64,
-        /// Bytes of global memory.
+        /// Bytes of all that is needed at once; where the device is the host, its copies too.
+        total: u64,
+        /// Bytes that the device has for them.
         available: u64,
     },
     /// A program did not build.
@@ -82,4 +90,32 @@ pub enum Error {
         /// The driver's error.
         code: String,
     },
+}
+
+/// A number of bytes as people read it.
+struct Bytes(u64);
+
+impl fmt::Display for Bytes {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const MIB: f64 = (1 << 20) as f64;
+        let mib = self.0 as f64 / MIB;
+        if self.0 < 10_000 {
+            write!(out, "{} bytes", self.0)
+        } else if mib < 1024.0 {
+            write!(out, "{mib:.2} MiB")
+        } else {
+            write!(out, "{:.2} GiB", mib / 1024.0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Bytes;
+
+    #[test]
+    fn bytes_have_units() {
+        let said = [12, 3 << 20, 24 << 30].map(|n| Bytes(n).to_string());
+        assert_eq!(said, ["12 bytes", "3.00 MiB", "24.00 GiB"]);
+    }
 }

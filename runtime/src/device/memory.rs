@@ -1,6 +1,6 @@
 //! Buffers: labelled, sized, filled with bytes.
 
-use super::{Device, Error};
+use super::{Device, DeviceKind, Error};
 use opencl3::memory::{Buffer as ClBuffer, CL_MEM_READ_WRITE, ClMem};
 use opencl3::types::{CL_BLOCKING, cl_mem};
 use std::ptr;
@@ -48,6 +48,7 @@ impl Device {
             device: self.info.name.clone(),
             buffer: label.to_string(),
             bytes,
+            total: bytes,
             available: self.info.memory,
         };
         if bytes > self.info.memory {
@@ -58,6 +59,30 @@ impl Device {
         let inner = unsafe { ClBuffer::<u8>::create(&self.context, CL_MEM_READ_WRITE, size as usize, ptr::null_mut()) };
         let inner = inner.map_err(|_| full())?;
         Ok(Buffer { label: label.to_string(), bytes: size, inner })
+    }
+
+    /// Whether buffers of these labels and sizes fit together. Call it before making them: some drivers promise more memory
+    /// than there is, and have the system end the program when it is used. `beside`: bytes that the host will need at the
+    /// same time; they count where host and device share their memory.
+    pub fn check_room(&self, buffers: &[(&str, u64)], beside: u64) -> Result<(), Error> {
+        let of_host = self.info.kind == DeviceKind::Cpu;
+        let available = if of_host {
+            host_memory().map_or(self.info.memory, |free| free.min(self.info.memory))
+        } else {
+            self.info.memory
+        };
+        let total: u64 = buffers.iter().map(|(_, bytes)| bytes).sum();
+        let needed = total.saturating_add(if of_host { beside } else { 0 });
+        match buffers.iter().max_by_key(|(_, bytes)| *bytes) {
+            Some((buffer, bytes)) if needed > available => Err(Error::OutOfMemory {
+                device: self.info.name.clone(),
+                buffer: (*buffer).to_string(),
+                bytes: *bytes,
+                total: needed,
+                available,
+            }),
+            _ => Ok(()),
+        }
     }
 
     /// A buffer that holds `data`.
@@ -113,4 +138,14 @@ impl Device {
         }
         Ok(())
     }
+}
+
+/// Bytes that the host could still use, as Linux tells; `None` elsewhere.
+fn host_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let kib = |key: &str| -> Option<u64> {
+        let line = text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
+        line.split_whitespace().next()?.parse().ok()
+    };
+    Some((kib("MemAvailable")? + kib("SwapFree").unwrap_or(0)) * 1024)
 }

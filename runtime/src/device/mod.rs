@@ -113,6 +113,10 @@ impl Device {
                 let lower = text.to_lowercase();
                 let number = text.parse::<usize>().ok().filter(|i| *i < all.len());
                 let named = || {
+                    // Every name has the empty text in it.
+                    if lower.is_empty() {
+                        return None;
+                    }
                     all.iter().position(|d| {
                         d.name.to_lowercase().contains(&lower) || d.platform.to_lowercase().contains(&lower)
                     })

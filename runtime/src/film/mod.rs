@@ -3,8 +3,8 @@
 //! In: pixels. Out: files that are replaced as a whole or not at all. It must not know scenes, devices or how pixels came.
 
 pub mod compare;
-mod store;
 
+use crate::files;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -84,6 +84,17 @@ pub enum Error {
     },
 }
 
+impl From<files::Error> for Error {
+    fn from(error: files::Error) -> Error {
+        let path = error.path;
+        match error.cause {
+            files::Cause::IsFolder => Error::IsFolder { path },
+            files::Cause::NoFolder(folder) => Error::NoFolder { path, folder },
+            files::Cause::System(cause) => Error::Unwritable { path, cause },
+        }
+    }
+}
+
 #[derive(Clone, Copy)]
 enum Format {
     Exr,
@@ -94,7 +105,7 @@ enum Format {
 /// rendering. It leaves nothing behind.
 pub fn check_output(path: &Path) -> Result<(), Error> {
     format(path)?;
-    store::probe(path)
+    Ok(files::probe(path)?)
 }
 
 /// Writes a picture, as EXR (32-bit float, linear) or PNG (8 bits, sRGB) by the file's extension. `exposure` in stops
@@ -112,7 +123,7 @@ pub fn write(path: &Path, picture: &Picture, exposure: f32) -> Result<(), Error>
         Format::Png => encode_png(picture, exposure),
     };
     let bytes = encoded.map_err(|cause| Error::Encoding { path: path.to_path_buf(), cause })?;
-    store::replace(path, &bytes)
+    Ok(files::replace(&[files::Output { path: path.to_path_buf(), bytes }])?)
 }
 
 /// Reads the channels R, G and B (float or half) of an EXR file's first layer that has them.
@@ -180,7 +191,37 @@ fn encode_exr(picture: &Picture) -> Result<Vec<u8>, String> {
         Image::from_layer(Layer::new(size, attributes, encoding, channels)).write().to_buffered(&mut bytes)
     };
     written.map_err(|cause| cause.to_string())?;
-    Ok(bytes.into_inner())
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+/// Puts the attributes of a header in the order of their names: the encoder keeps ours in a hash map, and the same picture
+/// should be the same file. Lengths and places of all else stay.
+fn sort_attributes(exr: &mut [u8]) {
+    // Behind the magic number and the version; the list ends with an empty name.
+    const START: usize = 8;
+    let mut found = Vec::new();
+    let mut at = START;
+    while exr.get(at).is_some_and(|byte| *byte != 0) {
+        match attribute_length(&exr[at..]) {
+            Some(length) => found.push(exr[at..at + length].to_vec()),
+            None => return,
+        }
+        at += found.last().map_or(0, Vec::len);
+    }
+    found.sort();
+    exr[START..at].copy_from_slice(&found.concat());
+}
+
+/// Bytes of the attribute that `rest` begins with: name, type, length, value. `None` if it is longer than `rest`.
+fn attribute_length(rest: &[u8]) -> Option<usize> {
+    let name = rest.iter().position(|byte| *byte == 0)? + 1;
+    let kind = rest[name..].iter().position(|byte| *byte == 0)? + 1;
+    let value = rest.get(name + kind..name + kind + 4)?;
+    let length = u32::from_le_bytes(value.try_into().ok()?) as usize;
+    let whole = (name + kind + 4).checked_add(length)?;
+    (whole <= rest.len()).then_some(whole)
 }
 
 fn encode_png(picture: &Picture, exposure: f32) -> Result<Vec<u8>, String> {

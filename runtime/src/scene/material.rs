@@ -16,7 +16,7 @@ pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
         (None, Some(osl)) => Material {
             name: name.to_string(),
             path: table.text.path.to_path_buf(),
-            source: osl.string()?.to_string(),
+            source: in_place(&osl)?,
             params: Vec::new(),
         },
         (None, None) => {
@@ -34,6 +34,19 @@ pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
         }
     }
     Ok(material)
+}
+
+/// OSL text from the scene file, behind as many empty lines and blanks as make its lines and columns those of the file.
+/// (Escapes within the text are shorter than they look there.)
+fn in_place(osl: &Value<'_>) -> Result<String, Error> {
+    let (text, at) = (osl.string()?, osl.at());
+    let written = osl.written();
+    let quotes = if written.starts_with("\"\"\"") || written.starts_with("'''") { 3 } else { 1 };
+    let rest = &written[quotes.min(written.len())..];
+    // A line break right behind three quotes belongs to neither.
+    let broken = quotes == 3 && (rest.starts_with('\n') || rest.starts_with("\r\n"));
+    let (lines, blanks) = if broken { (at.line, 0) } else { (at.line - 1, at.column - 1 + quotes) };
+    Ok("\n".repeat(lines) + &" ".repeat(blanks) + text)
 }
 
 fn by_name(shader: &Value<'_>, name: &str) -> Result<Material, Error> {

@@ -96,9 +96,26 @@ fn complain(error: ParseError, path: &Path, what: &str) -> Error {
     if error.kind() == ErrorKind::UnexpectedEof {
         return Error::Truncated { at: MeshFile { line: None, ..at }, cause: format!("it ends within {what}") };
     }
-    let text = error.to_string();
-    let cause = text.strip_prefix("Line ").and_then(|t| t.split_once(": ")).map_or(text.as_str(), |(_, cause)| cause);
-    Error::Malformed { at, format: "PLY", cause: cause.to_string() }
+    Error::Malformed { at, format: "PLY", cause: shorten(&error.to_string()) }
+}
+
+/// What the parser says, without the line's number, which stands elsewhere, and without its grammar. Of a line that it can't
+/// read the first word that is no number is shown, such as `nan`, which it does not take.
+fn shorten(text: &str) -> String {
+    let cause = text.strip_prefix("Line ").and_then(|t| t.split_once(": ")).map_or(text, |(_, cause)| cause);
+    // The parser quotes the line between these.
+    let quoted =
+        cause.split_once("String: '").and_then(|(_, t)| t.split('\n').next()).map(|t| t.trim_end_matches('\''));
+    let Some(line) = quoted else { return cause.lines().next().unwrap_or(cause).to_string() };
+    let line: String = line.trim().chars().take(80).collect();
+    if !cause.contains("element line") {
+        return format!("{} `{line}`", cause.lines().next().unwrap_or_default());
+    }
+    let finite = |word: &&str| word.parse::<f64>().is_ok_and(f64::is_finite);
+    match line.split_whitespace().find(|word| !finite(word)) {
+        Some(word) => format!("`{word}` is not a finite number in the line `{line}`"),
+        None => format!("the line `{line}` does not have the values that the header announces"),
+    }
 }
 
 /// An element that nobody asks for.

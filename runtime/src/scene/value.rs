@@ -103,6 +103,11 @@ impl<'a> Value<'a> {
         self.value.get_ref()
     }
 
+    /// As it stands in the file.
+    pub fn written(&self) -> &'a str {
+        self.text.source.get(self.value.span()).unwrap_or_default()
+    }
+
     pub fn wrong_type(&self, expected: impl Into<String>) -> Error {
         let found = match self.raw() {
             DeValue::String(_) => "a string".to_string(),
@@ -117,7 +122,7 @@ impl<'a> Value<'a> {
     }
 
     pub fn out_of_range(&self, expected: impl Into<String>) -> Error {
-        let found = self.text.source.get(self.value.span()).unwrap_or("this").to_string();
+        let found = if self.written().is_empty() { "this" } else { self.written() }.to_string();
         Error::OutOfRange { at: self.at(), key: self.name.clone(), expected: expected.into(), found }
     }
 
