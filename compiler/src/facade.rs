@@ -291,7 +291,7 @@ impl Master {
         options: &Options,
         outputs: &[String],
         points: &[interp::Globals],
-    ) -> Result<Vec<Vec<(String, Vec<f64>)>>, Failure> {
+    ) -> Result<Vec<Values>, Failure> {
         let work = || {
             let Some(master) = &self.shader else { return Err(Vec::new()) };
             let mut shader = Shader::clone(master);
@@ -344,6 +344,9 @@ fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
     }
     true
 }
+
+/// Outputs by name, each as the reals that it is made of.
+type Values = Vec<(String, Vec<f64>)>;
 
 /// Compiles a source to an artifact.
 pub fn compile(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Output, Failure> {

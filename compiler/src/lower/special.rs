@@ -174,14 +174,17 @@ impl Lower<'_> {
         let span = name.span;
         let given = self.expr(name);
         let result = self.temp(ty);
-        let mut otherwise = |l: &mut Self| {
+        let mut choose = |l: &mut Self, choice: Option<usize>| {
+            if let Some(i) = choice {
+                return make(l, i);
+            }
             if or_zero {
                 return l.zero_of(ty, span);
             }
             let texts = [what.to_owned(), choices.join(",")].map(|t| l.constant(Const::Str(t), span));
             l.internal("unknown_name", arg_values(&[texts[0], texts[1], given]), ty, span)
         };
-        self.compare_names(given, choices, 0, result, span, &mut make, &mut otherwise);
+        self.compare_names(given, choices, 0, result, span, &mut choose);
         self.value(Inst::Load(result), ty, span)
     }
 
@@ -192,20 +195,19 @@ impl Lower<'_> {
         i: usize,
         result: crate::ir::LocalId,
         span: Span,
-        make: &mut dyn FnMut(&mut Self, usize) -> ValueId,
-        otherwise: &mut dyn FnMut(&mut Self) -> ValueId,
+        choose: &mut dyn FnMut(&mut Self, Option<usize>) -> ValueId,
     ) {
         let Some(choice) = choices.get(i) else {
-            let value = otherwise(self);
+            let value = choose(self, None);
             return self.push(Stmt::Store(result, value));
         };
         let text = self.constant(Const::Str((*choice).to_string()), span);
         let same = self.value(Inst::Binary(BinaryOp::Eq, given, text), Ty::Int, span);
         let then = self.in_block(|l| {
-            let value = make(l, i);
+            let value = choose(l, Some(i));
             l.push(Stmt::Store(result, value));
         });
-        let rest = self.in_block(|l| l.compare_names(given, choices, i + 1, result, span, make, otherwise));
+        let rest = self.in_block(|l| l.compare_names(given, choices, i + 1, result, span, choose));
         self.push(Stmt::If(same, then, rest));
     }
 

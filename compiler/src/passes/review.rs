@@ -58,10 +58,10 @@ pub(super) fn review(shader: &mut Shader) -> Result<(Vec<Diagnostic>, bool), Vec
     for id in lets {
         let value = &shader.values[id.0 as usize];
         match &value.inst {
-            Inst::Binary(BinaryOp::Eq, a, b) if shader.values[a.0 as usize].ty == Ty::Str => {
-                if strings.never_equal(shader, *a, *b) {
-                    settled.push((id, Const::Int(0)));
-                }
+            Inst::Binary(BinaryOp::Eq, a, b)
+                if shader.values[a.0 as usize].ty == Ty::Str && strings.never_equal(shader, *a, *b) =>
+            {
+                settled.push((id, Const::Int(0)));
             }
             Inst::Call(func, args) => match builtins::row(*func).name {
                 "unknown_name" => match unknown_name(shader, &strings, args, id) {
