@@ -10,7 +10,7 @@ use crate::diag::{self, Diagnostic};
 use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
-use crate::source::SourceMap;
+use crate::source::{FileId, SourceMap};
 use crate::{check, interp, lower, parse, passes};
 use std::fmt;
 use std::sync::Arc;
@@ -155,7 +155,31 @@ pub struct Master {
     shader: Option<Box<Shader>>,
     info: ShaderInfo,
     warnings: Vec<Diagnostic>,
+    nowarn: Silenced,
     sources: Arc<SourceMap>,
+}
+
+/// Most `#include`s that are named with a finding.
+const MAX_INCLUDERS: usize = 8;
+
+/// Lines whose warnings are silenced.
+type Silenced = Vec<(FileId, u32)>;
+
+/// Leaves out what is silenced, and says of findings in included files who included them.
+fn tell(sources: &SourceMap, nowarn: &Silenced, list: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let silenced =
+        |d: &Diagnostic| d.labels.first().is_some_and(|l| nowarn.contains(&(l.span.file, sources.line(l.span))));
+    let mut out = Vec::with_capacity(list.len());
+    for mut d in list.into_iter().filter(|d| d.is_error() || !silenced(d)) {
+        // A circle of includes is named whole in its message.
+        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002").map(|l| l.span) {
+            for span in sources.includers(first).take(MAX_INCLUDERS) {
+                d = d.label(span, "included here");
+            }
+        }
+        out.push(d);
+    }
+    out
 }
 
 impl Drop for Master {
@@ -168,7 +192,7 @@ impl Drop for Master {
 }
 
 /// What the front half yields: the IR, the reflection, the warnings.
-type Front = Result<(Shader, ShaderInfo, Vec<Diagnostic>), Vec<Diagnostic>>;
+type Front = Result<(Shader, ShaderInfo, Vec<Diagnostic>, Silenced), Vec<Diagnostic>>;
 
 fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
     let settings = preprocess::Options {
@@ -180,11 +204,10 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
     let file = parse::parse(&pre)?;
     let checked = check::check(&file)?;
     let shader = lower::lower(&checked)?;
-    let silenced =
-        |d: &Diagnostic| d.labels.first().is_some_and(|l| pre.nowarn.contains(&(l.span.file, sources.line(l.span))));
-    let mut warnings = pre.warnings.clone();
-    warnings.extend(checked.warnings.into_iter().filter(|d| !silenced(d)));
-    Ok((shader, checked.info, warnings))
+    // What the author of a file says by `#warning` is not silenced.
+    let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
+    warnings.extend(tell(sources, &pre.nowarn, checked.warnings));
+    Ok((shader, checked.info, warnings, pre.nowarn))
 }
 
 impl Master {
@@ -193,14 +216,17 @@ impl Master {
         let (result, sources) = match on_large_stack(|| {
             let mut sources = SourceMap::default();
             let result = front(source, options, includes, &mut sources);
-            (result.map(|(shader, info, warnings)| (Box::new(shader), info, warnings)), Arc::new(sources))
+            let result = result.map(|(shader, info, warnings, nowarn)| (Box::new(shader), info, warnings, nowarn));
+            (result, Arc::new(sources))
         }) {
             Ok(done) => done,
             Err(d) => return Err(Failure { diagnostics: vec![d], sources: Arc::default() }),
         };
         match result {
-            Ok((shader, info, warnings)) => Ok(Master { shader: Some(shader), info, warnings, sources }),
-            Err(diagnostics) => Err(Failure { diagnostics, sources }),
+            Ok((shader, info, warnings, nowarn)) => {
+                Ok(Master { shader: Some(shader), info, warnings, nowarn, sources })
+            }
+            Err(list) => Err(Failure { diagnostics: tell(&sources, &Silenced::new(), list), sources }),
         }
     }
 
@@ -228,15 +254,19 @@ impl Master {
                 Entry::Material => &[][..],
                 Entry::Grid(names) => names,
             };
-            passes::optimise(&mut shader, &options.constants(), outputs)?;
+            let warnings = passes::optimise(&mut shader, &options.constants(), outputs)?;
             let lines = options.line_directives.then_some(&*self.sources);
             let code = opencl_c::emit(&shader, &options.entry, lines)?;
-            Ok(Artifact::new(&shader, code, self.info.clone()))
+            Ok((Artifact::new(&shader, code, self.info.clone()), warnings))
         };
         let sources = self.sources.clone();
         match on_large_stack(work) {
-            Ok(Ok(artifact)) => Ok(Output { artifact, warnings: self.warnings.clone(), sources }),
-            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
+            Ok(Ok((artifact, later))) => {
+                let mut warnings = self.warnings.clone();
+                warnings.extend(tell(&sources, &self.nowarn, later));
+                Ok(Output { artifact, warnings, sources })
+            }
+            Ok(Err(list)) => Err(Failure { diagnostics: tell(&sources, &self.nowarn, list), sources }),
             Err(d) => Err(Failure { diagnostics: vec![d], sources }),
         }
     }
@@ -313,6 +343,9 @@ fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
     }
     true
 }
+
+/// Outputs by name, each as the reals that it is made of.
+type Values = Vec<(String, Vec<f64>)>;
 
 /// Compiles a source to an artifact.
 pub fn compile(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Output, Failure> {

@@ -37,6 +37,7 @@ pub mod passes;
 pub mod preprocess;
 pub mod reflect;
 pub mod source;
+pub mod strings;
 pub mod suggest;
 pub mod types;
 

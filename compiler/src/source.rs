@@ -39,6 +39,8 @@ pub struct SourceFile {
     pub name: String,
     /// The whole text.
     pub text: Arc<str>,
+    /// The `#include` that brought it in.
+    pub included_at: Option<Span>,
     line_starts: Vec<u32>,
 }
 
@@ -66,8 +68,20 @@ impl SourceMap {
         let line_starts = std::iter::once(0)
             .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1))
             .collect();
-        self.files.push(SourceFile { name: name.into(), text, line_starts });
+        self.files.push(SourceFile { name: name.into(), text, included_at: None, line_starts });
         FileId(self.files.len() as u32 - 1)
+    }
+
+    /// Adds a file that the `#include` at `span` asks for.
+    pub fn add_included(&mut self, name: impl Into<String>, text: impl Into<Arc<str>>, span: Span) -> FileId {
+        let id = self.add(name, text);
+        self.files[id.0 as usize].included_at = Some(span);
+        id
+    }
+
+    /// The `#include`s that lead to a place, innermost first.
+    pub fn includers(&self, span: Span) -> impl Iterator<Item = Span> {
+        std::iter::successors(self.file(span.file).included_at, |s| self.file(s.file).included_at)
     }
 
     /// The file behind a handle of this map.

@@ -1,5 +1,20 @@
 //! "Did you mean": the known name nearest to a misspelt one.
 
+use crate::diag::Diagnostic;
+use crate::source::Span;
+
+/// "not supported yet" for a name that is none of those known; `what` says what kind of name.
+pub fn unknown_name(what: &str, name: &str, known: &[&str], span: Span) -> Diagnostic {
+    Diagnostic::not_yet("E3003", span, format!("{what} \"{name}\"")).help(known_names(name, known))
+}
+
+/// The nearest of the known names, and all of them.
+pub fn known_names(name: &str, known: &[&str]) -> String {
+    let near = closest(name, known.iter().copied()).map_or(String::new(), |n| format!("did you mean \"{n}\"? "));
+    let all: Vec<String> = known.iter().map(|c| format!("\"{c}\"")).collect();
+    format!("{near}known here: {}", all.join(", "))
+}
+
 /// The candidate with the least edit distance to `name`, when it is close enough to be a slip: at most a third of the
 /// letters, at most 3. Case does not count, so that `n` finds `N`.
 pub fn closest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {

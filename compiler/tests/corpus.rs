@@ -114,6 +114,7 @@ fn opencl_c() {
         "names_",
         "noise_perlin",
         "noise_unnamed",
+        "noise_chosen",
         "op_",
         "params_",
         "stmt_",

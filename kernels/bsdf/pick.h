@@ -8,13 +8,21 @@
 #include "bsdf/numeric.h"
 #include "lobe.h"
 
-// Offers a lobe. Its importance is the largest |weight| of the channels times its albedo; a lobe of importance 0, or with
-// a weight that is not finite in any channel (fmax passes over NaN), is not taken. The part of the random number that was not used for this decision is stretched for the next one.
-static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *lobe, real3 weight, real3 wo)
+// Whether a lobe of this weight counts: not 0 in all channels, and finite in each (fmax would pass over NaN). A lobe that
+// does not is dropped.
+static inline int lobe_counts(real3 weight)
 {
     real3 size = fabs(weight);
-    if (!(size.x + size.y + size.z <= REAL_MAX)) return;
-    real importance = max_component(size) * bsdf_albedo(lobe, wo);
+    real sum = size.x + size.y + size.z;
+    return sum > 0 && sum <= REAL_MAX;
+}
+
+// Offers a lobe. Its importance is the largest |weight| of the channels times its albedo; a lobe of importance 0 is not
+// taken. The part of the random number that was not used for this decision is stretched for the next one.
+static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *lobe, real3 weight, real3 wo)
+{
+    if (!lobe_counts(weight)) return;
+    real importance = max_component(fabs(weight)) * bsdf_albedo(lobe, wo);
     real total = choice->total + importance;
     if (!is_finite_positive(importance) || !(total <= REAL_MAX)) return;
     real p = importance / total;

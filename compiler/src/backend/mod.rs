@@ -3,6 +3,5 @@
 //! A back end knows the IR and the table of built-ins. It must know neither the syntax tree nor another back end.
 
 pub mod opencl_c;
-mod strings;
 
-pub use strings::string_id;
+pub use crate::strings::string_id;

@@ -39,8 +39,20 @@ pub enum Lowering {
     Internal,
     /// As `Internal`, and the kernel function reads `ShaderGlobals`.
     InternalState,
+    /// One IR call that the passes must get rid of, by folding it on the host or with the branch around it; one that stays
+    /// is answered "not supported yet" (`passes::review`).
+    Host,
+    /// As `Host`, and not callable by users.
+    InternalHost,
     /// Checked, but `lower` answers "not supported yet".
     NotYet,
+}
+
+impl Lowering {
+    /// Whether users can call it.
+    pub fn is_public(self) -> bool {
+        !matches!(self, Lowering::Internal | Lowering::InternalState | Lowering::InternalHost)
+    }
 }
 
 /// One built-in function.

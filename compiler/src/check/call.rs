@@ -92,9 +92,7 @@ impl Checker {
             return self.fail(d);
         }
         let users = self.scopes.names(|s| matches!(s, Symbol::Functions(_)));
-        let public = builtins::TABLE
-            .iter()
-            .filter(|r| !matches!(r.lowering, builtins::Lowering::Internal | builtins::Lowering::InternalState));
+        let public = builtins::TABLE.iter().filter(|r| r.lowering.is_public());
         let known = users.chain(public.map(|r| r.name)).chain(CLOSURES.iter().map(|r| r.name));
         let mut d = Diagnostic::error("E2001", callee.span, format!("there is no function `{name}`"));
         if let Some(near) = crate::suggest::closest(name, known) {
@@ -123,10 +121,7 @@ impl Checker {
             });
         }
         let user = out.len();
-        if let Some(id) = sig::by_name(name).filter(|id| {
-            use builtins::Lowering::{Internal, InternalState};
-            !matches!(builtins::row(*id).lowering, Internal | InternalState)
-        }) {
+        if let Some(id) = sig::by_name(name).filter(|id| builtins::row(*id).lowering.is_public()) {
             for o in sig::overloads(id) {
                 let formals: Vec<_> = o.formals.iter().map(|f| f.ty).collect();
                 // The user's function hides a built-in with the same parameters.

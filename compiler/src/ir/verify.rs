@@ -295,9 +295,9 @@ impl Verifier<'_> {
             // Inputs first, then outputs: as every row is written.
             let (ins, outs): (Vec<_>, Vec<_>) = o.formals.iter().partition(|f| !f.output);
             wanted.is_none_or(|w| formal_ty(o.ret.base) == Some(w))
-                && ins.len() == args.len()
+                && (ins.len() == args.len() || o.variadic && ins.len() < args.len())
                 && outs.len() == outputs.len()
-                && ins.iter().chain(&outs).zip(&given).all(|(f, (ty, array))| {
+                && ins.iter().zip(&given).chain(outs.iter().zip(&given[args.len()..])).all(|(f, (ty, array))| {
                     f.ty.is_none_or(|t| formal_ty(t.base) == Some(*ty) && t.is_array() == *array)
                 })
         });

@@ -98,6 +98,20 @@ impl Lower<'_> {
                 self.error(Diagnostic::not_yet("E3001", e.span, format!("`{}`", row.name)));
                 None
             }
+            Lowering::Host => {
+                // Closures and structs have no value that a format could show.
+                let odd = |a: &&Expr| matches!(a.ty.base, Base::Closure | Base::Struct(_));
+                if let Some(arg) = args.iter().find(odd) {
+                    let what = format!(
+                        "`{}` of a {}",
+                        row.name,
+                        if arg.ty.base == Base::Closure { "closure" } else { "struct" }
+                    );
+                    self.error(Diagnostic::not_yet("E3001", arg.span, what));
+                    return None;
+                }
+                self.direct(id, outputs, args, e)
+            }
             Lowering::Special => self.special(row.name, formals, args, e),
             _ => self.direct(id, outputs, args, e),
         }

@@ -9,6 +9,7 @@
 //! without body, `E2011` more knots than the array has.
 
 mod call;
+mod exit;
 mod expr;
 mod place;
 mod special;
@@ -45,6 +46,8 @@ pub fn lower(checked: &Checked) -> Result<ir::Shader, Vec<Diagnostic>> {
         frames: Vec::new(),
         errors: Vec::new(),
         too_large: false,
+        exiting: exit::exiting(shader),
+        exited: None,
     };
     for param in &shader.params {
         lower.param(param);
@@ -75,6 +78,10 @@ pub(crate) struct Lower<'a> {
     frames: Vec<Frame>,
     errors: Vec<Diagnostic>,
     too_large: bool,
+    /// For each function whether it may end the shader; empty when none does.
+    exiting: Vec<bool>,
+    /// Set to 1 by `exit()` in a function; made on first use.
+    exited: Option<LocalId>,
 }
 
 /// The IR's type of an OSL base type that is no struct.
@@ -212,6 +219,9 @@ impl<'a> Lower<'a> {
                 let target = Place::whole(storage.clone());
                 let init = self.in_block(|l| {
                     if let Some(e) = init {
+                        if l.calls_exit(e) {
+                            l.refuse_exit(e.span);
+                        }
                         l.assign_expr(&target, e);
                     }
                 });
@@ -240,6 +250,9 @@ impl<'a> Lower<'a> {
                     self.param_leaves(var, param, leaf, field, per_field.and_then(|items| items.get(i)));
                 }
                 if let (None, Some(e)) = (per_field, init) {
+                    if self.calls_exit(e) {
+                        self.refuse_exit(e.span);
+                    }
                     let target = Place::whole(storage.clone());
                     let block = self.in_block(|l| l.assign_expr(&target, e));
                     if let Some(p) = self.out.params.get_mut(first) {

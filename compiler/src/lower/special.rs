@@ -89,12 +89,9 @@ impl Lower<'_> {
             "pcellnoise" => self.noise_of("pnoise_cell", args, e),
             "phashnoise" => self.noise_of("pnoise_hash", args, e),
             "hash" => {
-                if args[0].ty == Type::STRING {
-                    self.error(Diagnostic::not_yet("E3001", span, "`hash` of a string"));
-                    return None;
-                }
+                let row = if args[0].ty == Type::STRING { "hash_string" } else { "hash_value" };
                 let values = self.values(args);
-                self.internal("hash_value", arg_values(&values), ty, span)
+                self.internal(row, arg_values(&values), ty, span)
             }
             "spline" | "splineinverse" => self.spline(name, args, e)?,
             "raytype" => self.by_name("ray type", &args[0], &RAY_TYPES.map(|r| r.0), Ty::Int, true, |l, i| {
@@ -155,7 +152,7 @@ impl Lower<'_> {
     }
 
     /// Chooses by a string: at once for a literal, else by comparisons in order. `what` names the kind of name. Unknown
-    /// names are an error when they are literals, else give zero (`or_zero`) or the first choice.
+    /// names give zero (`or_zero`), or are an error: at once for literals, else of the pass `review`.
     fn by_name(
         &mut self,
         what: &str,
@@ -170,21 +167,24 @@ impl Lower<'_> {
                 return make(self, i);
             }
             if !or_zero {
-                let mut d = Diagnostic::not_yet("E3003", name.span, format!("{what} \"{text}\""));
-                let known: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
-                let near = crate::suggest::closest(text, choices.iter().copied());
-                let near = near.map_or(String::new(), |n| format!("did you mean \"{n}\"? "));
-                d = d.help(format!("{near}known here: {}", known.join(", ")));
-                self.error(d);
+                self.error(crate::suggest::unknown_name(what, text, choices, name.span));
             }
             return self.zero_of(ty, name.span);
         }
         let span = name.span;
         let given = self.expr(name);
         let result = self.temp(ty);
-        let zero = self.zero_of(ty, span);
-        self.push(Stmt::Store(result, zero));
-        self.compare_names(given, choices, 0, result, span, &mut make);
+        let mut choose = |l: &mut Self, choice: Option<usize>| {
+            if let Some(i) = choice {
+                return make(l, i);
+            }
+            if or_zero {
+                return l.zero_of(ty, span);
+            }
+            let texts = [what.to_owned(), choices.join(",")].map(|t| l.constant(Const::Str(t), span));
+            l.internal("unknown_name", arg_values(&[texts[0], texts[1], given]), ty, span)
+        };
+        self.compare_names(given, choices, 0, result, span, &mut choose);
         self.value(Inst::Load(result), ty, span)
     }
 
@@ -195,17 +195,20 @@ impl Lower<'_> {
         i: usize,
         result: crate::ir::LocalId,
         span: Span,
-        make: &mut dyn FnMut(&mut Self, usize) -> ValueId,
+        choose: &mut dyn FnMut(&mut Self, Option<usize>) -> ValueId,
     ) {
-        let Some(choice) = choices.get(i) else { return };
+        let Some(choice) = choices.get(i) else {
+            let value = choose(self, None);
+            return self.push(Stmt::Store(result, value));
+        };
         let text = self.constant(Const::Str((*choice).to_string()), span);
         let same = self.value(Inst::Binary(BinaryOp::Eq, given, text), Ty::Int, span);
         let then = self.in_block(|l| {
-            let value = make(l, i);
+            let value = choose(l, Some(i));
             l.push(Stmt::Store(result, value));
         });
-        let otherwise = self.in_block(|l| l.compare_names(given, choices, i + 1, result, span, make));
-        self.push(Stmt::If(same, then, otherwise));
+        let rest = self.in_block(|l| l.compare_names(given, choices, i + 1, result, span, choose));
+        self.push(Stmt::If(same, then, rest));
     }
 
     fn zero_of(&mut self, ty: Ty, span: Span) -> ValueId {

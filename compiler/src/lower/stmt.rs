@@ -3,23 +3,12 @@
 //! A `return` in tail position only stores the result. Any other sets the frame's flag, and leaves the loops of its body; what
 //! follows is guarded by the flag.
 
+use super::exit::is_exit;
 use super::place::Place;
 use super::{Frame, Lower};
-use crate::check::typed::{Callee, Expr, ExprKind, Stmt as Typed};
+use crate::check::typed::{Expr, Stmt as Typed};
 use crate::ir::{Block, Const, Inst, LocalId, Loop, Stmt, Ty, UnaryOp, ValueId};
 use crate::source::Span;
-
-/// Whether a `return` (or `exit`) may happen inside, functions called aside.
-fn may_return(stmts: &[Typed]) -> bool {
-    stmts.iter().any(|s| match s {
-        Typed::Return(..) => true,
-        Typed::Block(b) => may_return(b),
-        Typed::If(_, a, b) => may_return(a) || may_return(b),
-        Typed::Loop { body, .. } => may_return(body),
-        Typed::Expr(e) => is_exit(e),
-        _ => false,
-    })
-}
 
 /// Whether control never comes out at the end.
 fn always_returns(stmts: &[Typed]) -> bool {
@@ -32,20 +21,29 @@ fn always_returns(stmts: &[Typed]) -> bool {
     }
 }
 
-fn is_exit(e: &Expr) -> bool {
-    matches!(&e.kind, ExprKind::Call(Callee::Builtin { id, .. }, _) if crate::builtins::row(*id).name == "exit")
-}
-
 impl Lower<'_> {
+    /// Whether a `return` or `exit` may happen inside.
+    fn may_return(&self, stmts: &[Typed]) -> bool {
+        stmts.iter().any(|s| match s {
+            Typed::Return(..) => true,
+            Typed::Block(b) => self.may_return(b),
+            Typed::If(c, a, b) => self.may_return(a) || self.may_return(b) || self.calls_exit(c),
+            Typed::Loop { body, .. } => self.may_return(body),
+            Typed::Expr(e) => is_exit(e) || self.calls_exit(e),
+            Typed::Declare(_, Some(e)) => self.calls_exit(e),
+            _ => false,
+        })
+    }
+
     fn frame(&mut self) -> Option<&mut Frame> {
         self.frames.last_mut()
     }
 
-    fn in_loop(&self) -> bool {
+    pub(super) fn in_loop(&self) -> bool {
         self.frames.last().is_some_and(|f| f.loops > 0)
     }
 
-    fn flag(&mut self) -> LocalId {
+    pub(super) fn flag(&mut self) -> LocalId {
         if let Some(flag) = self.frames.last().and_then(|f| f.flag) {
             return flag;
         }
@@ -66,7 +64,7 @@ impl Lower<'_> {
             let last = rest.is_empty();
             if let (Typed::If(cond, a, b), false, false) = (stmt, last, self.in_loop()) {
                 // `if (c) return x; rest` is `if (c) {...} else { rest }`.
-                if tail && b.is_empty() && always_returns(a) {
+                if tail && b.is_empty() && always_returns(a) && !self.calls_exit(cond) {
                     let cond = self.expr(cond);
                     let then = self.in_block(|l| l.stmts(a, true));
                     let otherwise = self.in_block(|l| l.stmts(rest, true));
@@ -80,8 +78,10 @@ impl Lower<'_> {
             {
                 return;
             }
-            if !last && may_return(std::slice::from_ref(stmt)) {
-                if self.in_loop() {
+            if !last && self.may_return(std::slice::from_ref(stmt)) {
+                if self.in_loop() && matches!(stmt, Typed::Expr(_) | Typed::Declare(..)) {
+                    // A call that may end the shader has left the loop already.
+                } else if self.in_loop() {
                     // A plain `if` with a return inside left the loop already; an inner loop only left itself.
                     self.leave_loop_if_returned();
                 } else {
@@ -97,7 +97,7 @@ impl Lower<'_> {
         }
     }
 
-    fn leave_loop_if_returned(&mut self) {
+    pub(super) fn leave_loop_if_returned(&mut self) {
         let flag = self.flag();
         let span = Span { file: crate::source::FileId(0), start: 0, end: 0 };
         let returned = self.value(Inst::Load(flag), Ty::Int, span);
@@ -114,11 +114,17 @@ impl Lower<'_> {
                 // Without an initialiser the value is undefined, also at each turn of a loop: nothing is stored.
                 if let Some(e) = init {
                     self.assign_expr(&Place::whole(storage), e);
+                    if self.calls_exit(e) {
+                        self.refuse_rest(e);
+                        self.leave_if_exited(e.span, tail);
+                    }
                 }
             }
             Typed::Expr(e) if is_exit(e) => self.exit(e, tail),
+            Typed::Expr(e) if self.calls_exit(e) => self.exiting_statement(e, tail),
             Typed::Expr(e) => self.effect(e),
             Typed::Block(b) => self.stmts(b, tail),
+            Typed::If(cond, a, b) if self.calls_exit(cond) => self.exiting_if(cond, [a, b], tail),
             Typed::If(cond, a, b) => {
                 let cond = self.expr(cond);
                 let then = self.in_block(|l| l.stmts(a, tail));
@@ -130,6 +136,9 @@ impl Lower<'_> {
             Typed::Continue => self.push(Stmt::Continue),
             Typed::Return(value, span) => {
                 let result = self.frames.last().and_then(|f| f.result.clone());
+                if let Some(e) = value {
+                    self.refuse_rest(e);
+                }
                 if let (Some(e), Some(result)) = (value, result) {
                     self.assign_expr(&Place::whole(result), e);
                 }
@@ -138,7 +147,7 @@ impl Lower<'_> {
         }
     }
 
-    fn returned(&mut self, span: Span, tail: bool) {
+    pub(super) fn returned(&mut self, span: Span, tail: bool) {
         if tail {
             return;
         }
@@ -150,15 +159,10 @@ impl Lower<'_> {
         }
     }
 
-    /// `exit()` ends the shader: a return of its body.
-    fn exit(&mut self, e: &Expr, tail: bool) {
-        if self.frames.last().is_some_and(|f| f.function.is_some()) {
-            self.error(crate::diag::Diagnostic::not_yet("E3005", e.span, "exit() inside a function"));
-        }
-        self.returned(e.span, tail);
-    }
-
     fn loop_(&mut self, cond: Option<&Expr>, after: bool, step: Option<&Expr>, body: &[Typed]) {
+        if let Some(e) = cond.into_iter().chain(step).find(|e| self.calls_exit(e)) {
+            self.refuse_exit(e.span);
+        }
         let mut value = ValueId(0);
         let head = self.in_block(|l| {
             value = match cond {

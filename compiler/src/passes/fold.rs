@@ -4,7 +4,8 @@
 //! constant elements of an array. Where branches meet, what both agree on stays; what a loop writes is forgotten before it.
 //! Identities are applied where they are exact; a closure scaled by the constant 0 is the null closure.
 
-use super::unroll;
+use super::{text, unroll};
+use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::interp::{self, ops};
 use crate::ir::{
@@ -395,7 +396,8 @@ impl Folder<'_> {
                 }
             });
             let values = values.collect::<Option<Vec<_>>>()?;
-            return interp::fold_call(*func, ty, &values).map(Simpler::Const);
+            let value = interp::fold_call(*func, ty, &values);
+            return value.or_else(|| text::call(builtins::row(*func).name, &values)).map(Simpler::Const);
         }
         self.identity(inst, &args)
     }

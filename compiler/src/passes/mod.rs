@@ -4,12 +4,15 @@
 //! They must not know the syntax tree or any target.
 //!
 //! Codes: `E4001` unknown parameter, `E4002` value does not fit a parameter, `E4003` closures in a loop that cannot be
-//! unrolled, `E4004` closures not supported yet here, `E4005` too many closure calls.
+//! unrolled, `E4004` closures not supported yet here, `E4005` too many closure calls; of the review `E3001` a call that only
+//! the host can carry out, `E3003` an unknown name, `W2003` an odd number of knots, `W3001` an unknown distribution.
 
 mod closures;
 mod fold;
 mod prune;
+mod review;
 mod specialise;
+mod text;
 mod unroll;
 
 pub use closures::closures;
@@ -23,8 +26,12 @@ use crate::ir::{Const, Shader, verify};
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
 ///
 /// The list: specialise, fold (which unrolls loops with closure calls), closures, fold, prune; the last two again, since
-/// dropping a slot or a branch may free more.
-pub fn optimise(shader: &mut Shader, bindings: &[(String, Const)], outputs: &[String]) -> Result<(), Vec<Diagnostic>> {
+/// dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned.
+pub fn optimise(
+    shader: &mut Shader,
+    bindings: &[(String, Const)],
+    outputs: &[String],
+) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let _span = tracing::debug_span!("optimise", shader = shader.name).entered();
     let check = |shader: &Shader, pass: &str| {
         if (cfg!(debug_assertions) || cfg!(test))
@@ -40,12 +47,24 @@ pub fn optimise(shader: &mut Shader, bindings: &[(String, Const)], outputs: &[St
     check(shader, "fold");
     closures(shader)?;
     check(shader, "closures");
-    for _ in 0..2 {
+    fold(shader)?;
+    check(shader, "fold");
+    review::refuse_effects(shader)?;
+    prune(shader, outputs);
+    check(shader, "prune");
+    let reduce = |shader: &mut Shader| {
         fold(shader)?;
         check(shader, "fold");
         prune(shader, outputs);
         check(shader, "prune");
+        Ok::<(), Vec<Diagnostic>>(())
+    };
+    reduce(shader)?;
+    let (warnings, changed) = review::review(shader)?;
+    if changed {
+        check(shader, "review");
+        reduce(shader)?;
     }
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
-    Ok(())
+    Ok(warnings)
 }

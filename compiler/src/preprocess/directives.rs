@@ -233,12 +233,21 @@ impl<'a> Run<'a> {
             }
             "warning" => self.out.warnings.push(Diagnostic::warning("W0001", span, text_of(args))),
             "pragma" => self.pragma(args, span, id),
-            "line" => {}
-            _ if name.kind == Kind::Number => {}
+            "line" => self.line_ignored(span),
+            _ if name.kind == Kind::Number => self.line_ignored(span),
             other => {
                 let message = format!("`#{other}` is no preprocessor directive");
                 self.error("E0003", span, message);
             }
+        }
+    }
+
+    /// Said once per file: a preprocessed source is full of them.
+    fn line_ignored(&mut self, span: Span) {
+        let earlier = |d: &Diagnostic| d.code == "W0002" && d.labels.iter().any(|l| l.span.file == span.file);
+        if !self.out.warnings.iter().any(earlier) {
+            let message = "line directives are not followed: findings name the lines of this file itself";
+            self.out.warnings.push(Diagnostic::warning("W0002", span, message));
         }
     }
 
@@ -355,7 +364,7 @@ impl<'a> Run<'a> {
         if self.open.len() >= MAX_INCLUDE_DEPTH || self.sources.len() >= MAX_FILES {
             return self.include_cycle(&name, span);
         }
-        let included = self.sources.add(name.clone(), text);
+        let included = self.sources.add_included(name.clone(), text, span);
         self.open.push((name, Some(span)));
         self.out.text.push('\n');
         self.last_end = None;

@@ -5,7 +5,7 @@
 //! It must not know OSL's grammar.
 //!
 //! Not as in C: a backslash-newline joins lines between tokens and inside string literals only; `#line` is accepted and
-//! ignored, so that positions always name the real file.
+//! ignored with a warning, so that positions always name the real file.
 
 mod condition;
 mod directives;

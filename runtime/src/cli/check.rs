@@ -26,6 +26,6 @@ fn check(path: &Path, args: &CheckArgs) -> Result<(), Error> {
     let options = sources::options(&source, &args.source);
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     // Some findings need values: a loop of closures, say, must have an end that is known.
-    master.instance(&options).map_err(|failure| report::report(&failure))?;
+    report::instance(&master, &options)?;
     Ok(())
 }

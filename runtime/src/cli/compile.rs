@@ -64,7 +64,7 @@ fn compile(path: &Path, args: &CompileArgs) -> Result<String, Error> {
     let options = sources::options(&source, &args.source);
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
-    let artifact = master.instance(&options).map_err(|failure| report::report(&failure))?.artifact;
+    let artifact = report::instance(&master, &options)?.artifact;
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).map_err(|e| files::Error { path: folder.clone(), cause: e.into() })?;
     }

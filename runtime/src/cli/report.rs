@@ -8,7 +8,7 @@ use super::{Error, terminal};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, Severity, SourceCode};
 use oslcl_compiler::diag::{self, Diagnostic};
 use oslcl_compiler::source::{FileId, SourceMap, Span};
-use oslcl_compiler::{Failure, Master, Options};
+use oslcl_compiler::{Failure, Master, Options, Output};
 use std::fmt::{self, Display};
 
 /// Runs the front half of the compiler and shows its findings, warnings too.
@@ -22,6 +22,14 @@ pub fn master(text: &str, options: &Options, includes: &Folders) -> Result<Maste
     })?;
     show(master.sources(), master.warnings());
     Ok(master)
+}
+
+/// Runs the back half of the compiler and shows its findings, warnings too.
+pub fn instance(master: &Master, options: &Options) -> Result<Output, Error> {
+    let output = master.instance(options).map_err(|failure| report(&failure))?;
+    // Those of the front half come first and were shown.
+    show(&output.sources, &output.warnings[master.warnings().len().min(output.warnings.len())..]);
+    Ok(output)
 }
 
 /// Shows a failure.

@@ -69,7 +69,7 @@ fn lobe(w: &mut Writer, slot: &LobeSlot, weight: &str, only: bool) {
         });
     }
     let call = format!("{}({})", lobe_constructor(row.name, row.args), args.join(", "));
-    w.put(Some(slot.span), &format!("if (!is_zero3({weight})) {{"));
+    w.put(Some(slot.span), &format!("if (lobe_counts({weight})) {{"));
     w.open(Some(slot.span));
     if only {
         w.put(Some(slot.span), &format!("out->lobe = {call};"));

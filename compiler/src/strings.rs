@@ -24,7 +24,7 @@ mod tests {
 
     #[test]
     fn the_kernels_know_the_same_ids() {
-        let header = include_str!("../../../kernels/strings.h");
+        let header = include_str!("../../kernels/strings.h");
         let mut seen = 0;
         for line in header.lines().filter(|l| l.starts_with("#define STR_")) {
             let (code, comment) = line.split_once("//").expect("each id names its string");

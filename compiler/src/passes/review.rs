@@ -1,0 +1,228 @@
+//! Looks at what folding left, for what the device would answer wrongly without a word.
+//!
+//! In: folded and pruned IR. Out: errors for calls that only the host can carry out and for names that are none of the
+//! known ones; warnings for names of distributions and numbers of knots that the kernels take as something else. Strings
+//! are followed back to the constants they can be: a choice among known names works on the device.
+
+use crate::builtins::{self, Lowering};
+use crate::diag::Diagnostic;
+use crate::interp::ops;
+use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, Shader, SlotArg, Stmt, Ty, ValueId};
+use crate::suggest;
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+/// Microfacet distributions that kernels/bsdf/distribution.h knows.
+const DISTRIBUTIONS: [&str; 3] = ["ggx", "beckmann", "default"];
+
+/// Refuses statements that only the host could carry out, such as `printf`. To be called before pruning, which drops what
+/// has no result.
+pub(super) fn refuse_effects(shader: &Shader) -> Result<(), Vec<Diagnostic>> {
+    let mut errors = Vec::new();
+    for block in shader.blocks() {
+        block.walk(&mut |s| {
+            if let Stmt::Call { func, span, .. } = s
+                && is_host(*func)
+            {
+                add(&mut errors, Diagnostic::not_yet("E3001", *span, format!("`{}`", builtins::row(*func).name)));
+            }
+        });
+    }
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+fn is_host(func: builtins::FuncId) -> bool {
+    matches!(builtins::row(func).lowering, Lowering::Host | Lowering::InternalHost)
+}
+
+/// What an inlined function says twice is said once.
+fn add(list: &mut Vec<Diagnostic>, d: Diagnostic) {
+    if list.len() < 100 && !list.contains(&d) {
+        list.push(d);
+    }
+}
+
+/// The warnings, and whether something was rewritten that folding makes less of.
+pub(super) fn review(shader: &mut Shader) -> Result<(Vec<Diagnostic>, bool), Vec<Diagnostic>> {
+    let strings = Strings::of(shader);
+    let mut errors = Vec::new();
+    let mut warnings = Vec::new();
+    let mut settled = Vec::new();
+    let mut lets = Vec::new();
+    for block in shader.blocks() {
+        block.walk(&mut |s| {
+            if let Stmt::Let(id) = s {
+                lets.push(*id);
+            }
+        });
+    }
+    for id in lets {
+        let value = &shader.values[id.0 as usize];
+        match &value.inst {
+            Inst::Binary(BinaryOp::Eq, a, b)
+                if shader.values[a.0 as usize].ty == Ty::Str && strings.never_equal(shader, *a, *b) =>
+            {
+                settled.push((id, Const::Int(0)));
+            }
+            Inst::Call(func, args) => match builtins::row(*func).name {
+                "unknown_name" => match unknown_name(shader, &strings, args, id) {
+                    Some(d) => add(&mut errors, d),
+                    None => settled.extend(ops::zero(value.ty).map(|zero| (id, zero))),
+                },
+                name if is_host(*func) => {
+                    let what = format!("`{name}` of what is not known at compile time");
+                    add(&mut errors, Diagnostic::not_yet("E3001", value.span, what));
+                }
+                name => {
+                    if let Some((_, basis)) = name.split_once('_').filter(|(f, _)| f.starts_with("spline"))
+                        && let [_, Arg::Array(knots)] = args.as_slice()
+                        && let Some(message) = knots_message(basis, shader.locals[knots.0 as usize].len.unwrap_or(0))
+                    {
+                        add(&mut warnings, Diagnostic::warning("W2003", value.span, message));
+                    }
+                }
+            },
+            _ => {}
+        }
+    }
+    for slot in &shader.slots {
+        let name = builtins::closure(slot.closure).name;
+        let at = match name {
+            "microfacet" => 0,
+            "conductor_bsdf" => slot.args.len() - 1,
+            _ => continue,
+        };
+        let names = match &slot.args[at] {
+            SlotArg::Const(Const::Str(s)) => BTreeSet::from([s.clone()]),
+            SlotArg::Const(_) => continue,
+            SlotArg::Local(l) => strings.trace(shader, Vec::new(), vec![*l]).unwrap_or_default(),
+        };
+        for unknown in names.iter().filter(|n| !DISTRIBUTIONS.contains(&n.as_str())) {
+            let message = format!("`{name}` does not know the distribution \"{unknown}\" and takes it as \"ggx\"");
+            let help = suggest::known_names(unknown, &DISTRIBUTIONS);
+            add(&mut warnings, Diagnostic::warning("W3001", slot.span, message).help(help));
+        }
+    }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let changed = !settled.is_empty();
+    for (id, c) in settled {
+        shader.values[id.0 as usize].inst = Inst::Const(c);
+    }
+    Ok((warnings, changed))
+}
+
+/// What is wrong with the name that a chain of comparisons did not find; `None` when it always finds one.
+fn unknown_name(shader: &Shader, strings: &Strings, args: &[Arg], id: ValueId) -> Option<Diagnostic> {
+    let constant = |arg: Option<&Arg>| match arg {
+        Some(Arg::Value(v)) => match &shader.values[v.0 as usize].inst {
+            Inst::Const(Const::Str(s)) => s.clone(),
+            _ => String::new(),
+        },
+        _ => String::new(),
+    };
+    let (what, list) = (constant(args.first()), constant(args.get(1)));
+    let known: Vec<&str> = list.split(',').collect();
+    let span = shader.values[id.0 as usize].span;
+    let Some(Arg::Value(given)) = args.get(2) else { return None };
+    match strings.trace(shader, vec![*given], Vec::new()) {
+        Some(names) => {
+            let unknown = names.iter().find(|n| !known.contains(&n.as_str()))?;
+            Some(suggest::unknown_name(&what, unknown, &known, span))
+        }
+        None => Some(
+            Diagnostic::not_yet("E3003", span, format!("a {what} that only the device knows"))
+                .help("choose among constants, by parameters or conditions"),
+        ),
+    }
+}
+
+/// What is odd about a number of knots. The specification wants whole segments (ch. 7.6); the reference leaves out knots
+/// at the end that fill no segment, and so do the kernels, which repeat the last knot where some are missing.
+fn knots_message(basis: &str, knots: u32) -> Option<String> {
+    let step = match basis {
+        "bezier" => 3,
+        "hermite" => 2,
+        _ => 1,
+    };
+    let takes = match step {
+        1 => format!("a {basis} spline takes 4 knots or more"),
+        _ => format!("a {basis} spline takes 4 knots, or {step} more each time"),
+    };
+    if knots < 4 {
+        return Some(format!("{takes}; here the last of {knots} is repeated"));
+    }
+    let rest = (knots - 4) % step;
+    (rest > 0).then(|| format!("{takes}; here {} of {knots} are used", knots - rest))
+}
+
+/// Where the strings of each local come from, whatever the flow of control.
+struct Strings {
+    values: HashMap<LocalId, Vec<ValueId>>,
+    copies: HashMap<LocalId, Vec<LocalId>>,
+    /// Locals that something other than the shader may write.
+    foreign: HashSet<LocalId>,
+}
+
+impl Strings {
+    fn of(shader: &Shader) -> Strings {
+        let mut strings = Strings { values: HashMap::new(), copies: HashMap::new(), foreign: HashSet::new() };
+        let is_string = |l: &LocalId| shader.locals[l.0 as usize].ty == Ty::Str;
+        for block in shader.blocks() {
+            block.walk(&mut |s| match s {
+                Stmt::Store(l, v) | Stmt::StoreElem(l, _, v) if is_string(l) => {
+                    strings.values.entry(*l).or_default().push(*v);
+                }
+                Stmt::CopyArray(to, from) if is_string(to) => strings.copies.entry(*to).or_default().push(*from),
+                Stmt::Call { outputs, result, .. } => strings.foreign.extend(outputs.iter().chain(result)),
+                _ => {}
+            });
+        }
+        strings.foreign.extend(shader.params.iter().filter(|p| p.varying).map(|p| p.local));
+        strings
+    }
+
+    /// All constants that these values and locals can be; `None` when something else may be among them. What is read
+    /// without having been stored does not count: its value is undefined.
+    fn trace(&self, shader: &Shader, mut values: Vec<ValueId>, mut locals: Vec<LocalId>) -> Option<BTreeSet<String>> {
+        let mut found = BTreeSet::new();
+        let (mut seen_values, mut seen_locals) = (HashSet::new(), HashSet::new());
+        loop {
+            if let Some(v) = values.pop() {
+                if !seen_values.insert(v) {
+                    continue;
+                }
+                match &shader.values[v.0 as usize].inst {
+                    Inst::Const(Const::Str(s)) => {
+                        found.insert(s.clone());
+                    }
+                    Inst::Load(l) | Inst::LoadElem(l, _) => locals.push(*l),
+                    Inst::Select(_, a, b) => values.extend([*a, *b]),
+                    _ => return None,
+                }
+            } else if let Some(l) = locals.pop() {
+                if !seen_locals.insert(l) {
+                    continue;
+                }
+                if self.foreign.contains(&l) {
+                    return None;
+                }
+                values.extend(self.values.get(&l).into_iter().flatten());
+                locals.extend(self.copies.get(&l).into_iter().flatten());
+            } else {
+                return Some(found);
+            }
+        }
+    }
+
+    /// Whether one is a constant that the other cannot be. The empty string is also what was never stored.
+    fn never_equal(&self, shader: &Shader, a: ValueId, b: ValueId) -> bool {
+        let (constant, other) = match (&shader.values[a.0 as usize].inst, &shader.values[b.0 as usize].inst) {
+            (Inst::Const(Const::Str(s)), _) => (s, b),
+            (_, Inst::Const(Const::Str(s))) => (s, a),
+            _ => return false,
+        };
+        !constant.is_empty()
+            && self.trace(shader, vec![other], Vec::new()).is_some_and(|names| !names.contains(constant))
+    }
+}

@@ -1,0 +1,1 @@
+float broken(float x) { return missing * x; }

@@ -1,0 +1,1 @@
+#include "include_error_inner.h"
