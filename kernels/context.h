@@ -64,6 +64,7 @@ static inline void queue_store(const Context *c, int queue, uint at, uint slot)
 }
 
 // QUEUE_PUSH(c, queue, slot): every work-item of the group calls it once, at the end of its kernel, with a queue or QUEUE_NONE.
+// No kernel may return before it, not even a whole group: PoCL 3.1 builds code that crashes.
 // Counts in local memory, then one global atomic per queue and group: on a CPU of two cores, too, an atomic per path takes half
 // of the time of a short stage.
 #define QUEUE_PUSH(c, queue, slot)                                                                                     \

@@ -5,7 +5,7 @@
 // A node is 16 floats: for each axis the least of child 0 and of child 1, then the greatest of both, so that one operation
 // serves both children; then as unsigned ints both children's indices and counts. count 0: the index is a node; else the
 // index is the first of `count` triangles (bottom level) or one instance (top level). Boxes are rounded outward.
-// A triangle is 9 reals: a corner and the two edges from it.
+// A triangle is three real4, so that each takes one load: a corner and the two edges from it; w is unused.
 #ifndef OSLCL_GEOMETRY_H
 #define OSLCL_GEOMETRY_H
 
@@ -55,10 +55,10 @@ static inline void enter_boxes(__global const float4 *n, real3 o, real3 inverse,
 }
 
 // Moller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. Shortens *hit when the triangle is nearer.
-static inline int meet_triangle(__global const real *triangles, uint index, real3 o, real3 d, Hit *hit)
+static inline int meet_triangle(__global const real4 *triangles, uint index, real3 o, real3 d, Hit *hit)
 {
-    __global const real *p = triangles + 9 * (size_t)index;
-    real3 v0 = vload3(0, p), e1 = vload3(1, p), e2 = vload3(2, p);
+    __global const real4 *p = triangles + 3 * (size_t)index;
+    real3 v0 = p[0].xyz, e1 = p[1].xyz, e2 = p[2].xyz;
     real3 pv = cross(d, e2);
     real det = dot(e1, pv);
     // All comparisons are of numbers times |det|: most rays miss, and are spared the division.

@@ -56,8 +56,8 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
                                          ShaderGlobals *sg)
 {
     SurfacePoint s;
-    __global const real *p = c->triangles + 9 * (size_t)triangle;
-    real3 v0 = vload3(0, p), e1 = vload3(1, p), e2 = vload3(2, p);
+    __global const real4 *p = c->triangles + 3 * (size_t)triangle;
+    real3 v0 = p[0].xyz, e1 = p[1].xyz, e2 = p[2].xyz;
     __global const uint *corner = c->corners + 4 * (size_t)c->triangle_ids[triangle];
     s.shape = shape_of(c, triangle, instance);
     s.P = v0 + e1 * u + e2 * v;

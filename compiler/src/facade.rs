@@ -344,9 +344,6 @@ fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
     true
 }
 
-/// Outputs by name, each as the reals that it is made of.
-type Values = Vec<(String, Vec<f64>)>;
-
 /// Compiles a source to an artifact.
 pub fn compile(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Output, Failure> {
     Master::new(source, options, includes)?.instance(options)

@@ -4,9 +4,9 @@
 __kernel void trace(STAGE_ARGS)
 {
     STAGE_CONTEXT(c);
+    if (get_global_id(0) == 0) count_add(&c, COUNTER_rays, c.counters[QUEUE_trace]);
     uint slot = 0;
     int queue = QUEUE_NONE;
     if (queue_slot(&c, QUEUE_trace, &slot)) queue = stage_trace(&c, slot);
-    if (get_global_id(0) == 0) count_add(&c, COUNTER_rays, c.counters[QUEUE_trace]);
     QUEUE_PUSH(&c, queue, slot);
 }

@@ -4,9 +4,9 @@
 __kernel void trace_shadow(STAGE_ARGS)
 {
     STAGE_CONTEXT(c);
+    if (get_global_id(0) == 0) count_add(&c, COUNTER_shadow_rays, c.counters[QUEUE_shadow]);
     uint slot = 0;
     int queue = QUEUE_NONE;
     if (queue_slot(&c, QUEUE_shadow, &slot)) queue = stage_trace_shadow(&c, slot);
-    if (get_global_id(0) == 0) count_add(&c, COUNTER_shadow_rays, c.counters[QUEUE_shadow]);
     QUEUE_PUSH(&c, queue, slot);
 }

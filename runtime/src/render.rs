@@ -125,7 +125,7 @@ fn dark(material: &str) -> String {
     format!("material `{material}` puts no background() into Ci, or one of weight 0")
 }
 
-/// Renders a scene. `watch` hears of the progress a few times a second at most as often as work is checked.
+/// Renders a scene. `watch` hears of the progress each time that the device is asked for it.
 ///
 /// ```no_run
 /// use oslcl_runtime::{device::Device, render, scene};
@@ -174,7 +174,6 @@ pub fn render(
     let wanted = scene.integrator.samples;
     let mut report = |counts: &Counts| {
         watch(&Progress { counts: *counts, total: pixels * u64::from(wanted), elapsed: start.elapsed() });
-        true
     };
     let mut done = 0;
     while done < wanted {

@@ -221,13 +221,12 @@ impl<'a> Wavefront<'a> {
     pub fn warm_up(&mut self) -> Result<(), Error> {
         self.set(Setting::Slots, 0);
         self.write_settings()?;
-        self.batch(&mut |_| true)?;
+        self.batch(&mut |_| {})?;
         self.device.finish()
     }
 
-    /// Renders samples `first..end` of every pixel. `watch` hears how many paths are finished so far and may stop the work
-    /// by answering `false`; then the picture holds unequal numbers of samples and is of no use.
-    pub fn render(&mut self, first: u32, end: u32, watch: &mut dyn FnMut(&Counts) -> bool) -> Result<bool, Error> {
+    /// Renders samples `first..end` of every pixel. `watch` hears now and then what is done so far.
+    pub fn render(&mut self, first: u32, end: u32, watch: &mut dyn FnMut(&Counts)) -> Result<(), Error> {
         let per_batch = u64::from(self.spread.paths / self.spread.slots_per_pixel);
         let mut pixel = 0;
         while pixel < self.pixels {
@@ -237,12 +236,10 @@ impl<'a> Wavefront<'a> {
             self.set(Setting::SampleFirst, first);
             self.set(Setting::SampleEnd, end);
             self.write_settings()?;
-            if !self.batch(watch)? {
-                return Ok(false);
-            }
+            self.batch(watch)?;
             pixel += count;
         }
-        Ok(true)
+        Ok(())
     }
 
     fn set(&mut self, setting: Setting, value: u32) {
@@ -257,7 +254,7 @@ impl<'a> Wavefront<'a> {
         }
     }
 
-    fn batch(&self, watch: &mut dyn FnMut(&Counts) -> bool) -> Result<bool, Error> {
+    fn batch(&self, watch: &mut dyn FnMut(&Counts)) -> Result<(), Error> {
         let rounds = if self.device.info.kind == DeviceKind::Gpu { ROUNDS_GPU } else { ROUNDS_CPU };
         let samples = self.settings[place(Setting::SampleEnd)] - self.settings[place(Setting::SampleFirst)];
         let most = u64::from(samples) * u64::from(self.settings[place(Setting::MaxDepth)]) + u64::from(rounds);
@@ -268,11 +265,9 @@ impl<'a> Wavefront<'a> {
             }
             let words = self.counters()?;
             let trace = self.plan.layout.queue("trace").map_or(0, |q| words[q as usize]);
-            if !watch(&self.counts_of(&words)) {
-                return Ok(false);
-            }
+            watch(&self.counts_of(&words));
             if trace == 0 {
-                return Ok(true);
+                return Ok(());
             }
         }
         // Each round takes every path one edge further: only a driver that loses work gets here.

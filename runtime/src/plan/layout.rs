@@ -101,7 +101,7 @@ const BUFFERS: &[BufferRow] = &[
     (BufferId::Constants, "constants", "__global const real *", &[]),
     (BufferId::Film, "film", "__global real *", &[]),
     (BufferId::Nodes, "nodes", "__global const float4 *", &[Surfaces]),
-    (BufferId::Triangles, "triangles", "__global const real *", &[Surfaces]),
+    (BufferId::Triangles, "triangles", "__global const real4 *", &[Surfaces]),
     (BufferId::TriangleIds, "triangle_ids", "__global const uint *", &[Surfaces]),
     (BufferId::Corners, "corners", "__global const uint *", &[Surfaces]),
     (BufferId::Shapes, "shapes", "__global const uint *", &[Surfaces]),

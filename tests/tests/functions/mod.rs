@@ -192,6 +192,8 @@ pub fn sources(componentwise: bool) -> Vec<(String, String)> {
                 _ => {}
             },
             Lowering::Internal | Lowering::InternalState | Lowering::NotYet => {}
+            // These never reach a device.
+            Lowering::Host | Lowering::InternalHost => {}
         }
     }
     if !componentwise {
