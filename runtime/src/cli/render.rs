@@ -53,7 +53,7 @@ pub fn say(scene: &Path, error: render::Error) -> Error {
             report::report(&failure)
         }
         render::Error::Device(cause) | render::Error::Program(programs::Error::Device(cause)) => Error::Device(cause),
-        cause => Error::Render { scene: scene.to_owned(), cause },
+        cause => Error::Render { scene: scene.to_owned(), cause: Box::new(cause) },
     }
 }
 
