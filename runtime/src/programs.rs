@@ -43,7 +43,9 @@ pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<String, 
     for stage in &program.stages {
         text.push_str(&format!("#include \"stages/{}.cl\"\n", stage.name()));
     }
-    assemble_with(&program.label.replace(['`', ' '], "_"), &text, &[("layout.h", &plan.layout.header(paths))])
+    // It stands in `#line` directives, and a material's name may have any character.
+    let name: String = program.label.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    assemble_with(&name, &text, &[("layout.h", &plan.layout.header(paths))])
 }
 
 /// Builds all programs on as many threads as the host has cores.

@@ -221,6 +221,14 @@ fn osl_in_a_scene_has_the_lines_of_the_scene() {
 }
 
 #[test]
+fn names_of_materials_may_have_any_character() {
+    let at = Folder::new("names");
+    let odd = r#""a\"b\n*/ \\ {é""#;
+    let text = square("shader = \"matte\"");
+    at.accepts(&text.replace("[materials.m]", &format!("[materials.{odd}]")).replace("\"m\"", odd));
+}
+
+#[test]
 fn a_warning_is_shown_but_not_when_quiet() {
     let at = Folder::new("dark");
     at.refuses(&scene("[environment]\nshader = \"matte\"\n"), &["s.toml", "its environment is black", "background()"]);

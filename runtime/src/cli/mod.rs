@@ -46,7 +46,7 @@ pub enum Error {
         /// The scene.
         scene: PathBuf,
         /// Why.
-        cause: oslcl_runtime::render::Error,
+        cause: Box<oslcl_runtime::render::Error>,
     },
     /// A picture can't be written.
     #[error(transparent)]

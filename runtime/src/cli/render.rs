@@ -53,7 +53,7 @@ pub fn say(scene: &Path, error: render::Error) -> Error {
             report::report(&failure)
         }
         render::Error::Device(cause) | render::Error::Program(programs::Error::Device(cause)) => Error::Device(cause),
-        cause => Error::Render { scene: scene.to_owned(), cause },
+        cause => Error::Render { scene: scene.to_owned(), cause: Box::new(cause) },
     }
 }
 
@@ -73,7 +73,7 @@ fn progress_bar(quiet: bool) -> ProgressBar {
     }
     let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
     // A template that is wrong would show in the first render of whoever changed it.
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {eta} left") {
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left") {
         bar.set_style(style);
     }
     // The first picture of a scene may wait for its programs a good while.
