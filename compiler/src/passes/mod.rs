@@ -8,6 +8,7 @@
 //! the host can carry out, `E3003` an unknown name, `W2003` an odd number of knots, `W3001` an unknown distribution.
 
 mod closures;
+mod dead;
 mod fold;
 mod prune;
 mod review;
