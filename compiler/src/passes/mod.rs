@@ -50,7 +50,7 @@ pub fn optimise(
     check(shader, "closures");
     fold(shader)?;
     check(shader, "fold");
-    review::refuse_effects(shader)?;
+    review::refuse_calls(shader)?;
     prune(shader, outputs);
     check(shader, "prune");
     let reduce = |shader: &mut Shader| {
