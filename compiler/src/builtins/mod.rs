@@ -44,7 +44,7 @@ pub enum Lowering {
     Host,
     /// As `Host`, and not callable by users.
     InternalHost,
-    /// Checked, but `lower` answers "not supported yet".
+    /// One IR call that is answered "not supported yet" unless folding drops the branch around it (`passes::review`).
     NotYet,
 }
 

@@ -290,8 +290,13 @@ impl Folder<'_> {
             (false, true) => self.state.meet(&[after_a]),
             _ => self.state.meet(&[after_a, after_b]),
         }
-        if !(a.stmts.is_empty() && b.stmts.is_empty()) {
-            out.stmts.push(Stmt::If(cond, a, b));
+        match &self.shader.values[cond.0 as usize].inst {
+            _ if a.stmts.is_empty() && b.stmts.is_empty() => {}
+            // Turned round, it reads better.
+            Inst::Unary(UnaryOp::Not, inner) if a.stmts.is_empty() => {
+                out.stmts.push(Stmt::If(self.resolve(*inner), b, a));
+            }
+            _ => out.stmts.push(Stmt::If(cond, a, b)),
         }
     }
 

@@ -8,6 +8,7 @@
 //! the host can carry out, `E3003` an unknown name, `W2003` an odd number of knots, `W3001` an unknown distribution.
 
 mod closures;
+mod dead;
 mod fold;
 mod prune;
 mod review;
@@ -49,7 +50,7 @@ pub fn optimise(
     check(shader, "closures");
     fold(shader)?;
     check(shader, "fold");
-    review::refuse_effects(shader)?;
+    review::refuse_calls(shader)?;
     prune(shader, outputs);
     check(shader, "prune");
     let reduce = |shader: &mut Shader| {

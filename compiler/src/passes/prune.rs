@@ -3,12 +3,15 @@
 //! What is needed: the weights and arguments of lobe slots, and the named output parameters. Handles are renumbered in
 //! order of use, so that equal shaders print equally.
 
+use super::dead;
 use crate::interp::ops;
 use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Shader, SlotArg, Stmt, ValueId};
 
 /// Prunes the shader to its slots and the output parameters with these names.
 pub fn prune(shader: &mut Shader, outputs: &[String]) {
     drop_dark_slots(shader);
+    let at_end = Live::roots(shader, outputs).locals;
+    dead::dead_stores(shader, &at_end);
     let mut live = Live::roots(shader, outputs);
     // Walking backwards settles all but loop-carried needs at once.
     loop {

@@ -7,27 +7,35 @@
 use crate::builtins::{self, Lowering};
 use crate::diag::Diagnostic;
 use crate::interp::ops;
-use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, Shader, SlotArg, Stmt, Ty, ValueId};
+use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, Shader, SlotArg, Stmt, Ty, Value, ValueId};
 use crate::suggest;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// Microfacet distributions that kernels/bsdf/distribution.h knows.
 const DISTRIBUTIONS: [&str; 3] = ["ggx", "beckmann", "default"];
 
-/// Refuses statements that only the host could carry out, such as `printf`. To be called before pruning, which drops what
-/// has no result.
-pub(super) fn refuse_effects(shader: &Shader) -> Result<(), Vec<Diagnostic>> {
+/// Refuses built-ins that are not supported, and statements that only the host could carry out, such as `printf`. To be
+/// called before pruning, which drops what nothing uses: such a call may write to more than its result.
+pub(super) fn refuse_calls(shader: &Shader) -> Result<(), Vec<Diagnostic>> {
     let mut errors = Vec::new();
     for block in shader.blocks() {
         block.walk(&mut |s| {
-            if let Stmt::Call { func, span, .. } = s
-                && is_host(*func)
-            {
-                add(&mut errors, Diagnostic::not_yet("E3001", *span, format!("`{}`", builtins::row(*func).name)));
-            }
+            let (func, span) = match s {
+                Stmt::Call { func, span, .. } if is_host(*func) || is_missing(*func) => (func, *span),
+                Stmt::Let(id) => match &shader.values[id.0 as usize] {
+                    Value { inst: Inst::Call(func, _), span, .. } if is_missing(*func) => (func, *span),
+                    _ => return,
+                },
+                _ => return,
+            };
+            add(&mut errors, Diagnostic::not_yet("E3001", span, format!("`{}`", builtins::row(*func).name)));
         });
     }
     if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+fn is_missing(func: builtins::FuncId) -> bool {
+    builtins::row(func).lowering == Lowering::NotYet
 }
 
 fn is_host(func: builtins::FuncId) -> bool {
@@ -131,7 +139,7 @@ fn unknown_name(shader: &Shader, strings: &Strings, args: &[Arg], id: ValueId) -
             Some(suggest::unknown_name(&what, unknown, &known, span))
         }
         None => Some(
-            Diagnostic::not_yet("E3003", span, format!("a {what} that only the device knows"))
+            Diagnostic::not_yet("E3003", span, format!("a {what} that is not known at compile time"))
                 .help("choose among constants, by parameters or conditions"),
         ),
     }
