@@ -378,7 +378,8 @@ fn the_same_seed_gives_the_same_file() {
     let at = Folder::new("seed");
     at.write("s.toml", square("shader = \"matte\""));
     for (name, seed) in [("a.exr", "5"), ("b.exr", "5"), ("c.exr", "6")] {
-        succeeds(&at.oslcl(&["render", "s.toml", "-o", name, "--seed", seed, "-q"]));
+        // Large enough for its file to be written by several threads.
+        succeeds(&at.oslcl(&["render", "s.toml", "-o", name, "--size", "256x256", "--seed", seed, "-q"]));
     }
     assert!(at.read("a.exr") == at.read("b.exr"), "two files of one seed differ");
     assert_ne!(at.picture("a.exr").pixels, at.picture("c.exr").pixels);

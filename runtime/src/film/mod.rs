@@ -178,7 +178,8 @@ fn encode_exr(picture: &Picture) -> Result<Vec<u8>, String> {
     }
     let size = (picture.width, picture.height);
     let place = |at: Vec2<usize>| at.y() * picture.width + at.x();
-    let encoding = Encoding::SMALL_FAST_LOSSLESS;
+    // Threads compress; in another order than the picture's they would write another file each time.
+    let encoding = Encoding { line_order: LineOrder::Increasing, ..Encoding::SMALL_FAST_LOSSLESS };
     let mut bytes = Cursor::new(Vec::new());
     let written = if picture.alpha.is_empty() {
         let channels = SpecificChannels::rgb(|at: Vec2<usize>| <(f32, f32, f32)>::from(picture.pixels[place(at)]));
