@@ -7,7 +7,7 @@ use super::place::Place;
 use super::{Lower, ir_type};
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, BinaryOp, Const, Global, Inst, Stmt, Ty, ValueId};
+use crate::ir::{Arg, BinaryOp, Const, Global, Inst, LocalId, Stmt, Ty, ValueId};
 use crate::source::Span;
 use crate::types::{Base, Type};
 
@@ -42,6 +42,9 @@ const SPLINES: [(&str, &str); 6] = [
     ("linear", "linear"),
     ("constant", "constant"),
 ];
+
+/// Most knots of which a number that is no literal may be taken.
+const MAX_COUNTED_KNOTS: u32 = 32;
 
 /// Spaces by name, with their number in `space_matrix`.
 const SPACES: [(&str, i32); 5] = [("common", 0), ("world", 0), ("object", 1), ("shader", 2), ("camera", 3)];
@@ -384,20 +387,17 @@ impl Lower<'_> {
         let knots = match rest {
             [array] if array.ty.is_array() => self.array(array)?,
             [count, array] if array.ty.is_array() => {
-                let ExprKind::Int(n) = count.kind else {
-                    self.error(Diagnostic::not_yet("E3005", count.span, "a knot count that is no constant"));
-                    return None;
-                };
                 let whole = self.array(array)?;
                 let len = self.out.locals[whole.0 as usize].len.unwrap_or(1);
+                let ExprKind::Int(n) = count.kind else {
+                    return self.spline_of_some(name, basis, position, count, whole, e);
+                };
                 if n < 1 || n as u32 > len {
                     let message = format!("{n} knots are asked for, but the array has {len}");
                     self.error(Diagnostic::error("E2011", count.span, message));
                     return None;
                 }
-                let part = self.local("knots", ty, Some(n as u32), crate::ir::LocalKind::Variable);
-                self.push(Stmt::CopyArray(part, whole));
-                part
+                self.first_knots(whole, n as u32)
             }
             values => {
                 let values: Vec<ValueId> = values
@@ -410,10 +410,56 @@ impl Lower<'_> {
                 self.array_of(&values, ty, span)
             }
         };
+        Some(self.spline_call(name, basis, position, knots, e))
+    }
+
+    fn first_knots(&mut self, whole: LocalId, n: u32) -> LocalId {
+        let ty = self.out.locals[whole.0 as usize].ty;
+        let part = self.local("knots", ty, Some(n), crate::ir::LocalKind::Variable);
+        self.push(Stmt::CopyArray(part, whole));
+        part
+    }
+
+    /// A spline of as many knots as only folding or the device tells, clamped to what there is: a call for each number.
+    fn spline_of_some(
+        &mut self,
+        name: &str,
+        basis: &Expr,
+        position: ValueId,
+        count: &Expr,
+        whole: LocalId,
+        e: &Expr,
+    ) -> Option<ValueId> {
+        let len = self.out.locals[whole.0 as usize].len.unwrap_or(1);
+        if len > MAX_COUNTED_KNOTS {
+            let what = format!("a knot count that is no literal, for more than {MAX_COUNTED_KNOTS} knots,");
+            self.error(Diagnostic::not_yet("E3005", count.span, what));
+            return None;
+        }
+        let ty = ir_type(e.ty.base);
+        let n = self.expr(count);
+        let result = self.temp(ty);
+        let value = self.spline_call(name, basis, position, whole, e);
+        self.push(Stmt::Store(result, value));
+        for k in (1..len).rev() {
+            let limit = self.int(k as i32, count.span);
+            let fewer = self.value(Inst::Binary(BinaryOp::Le, n, limit), Ty::Int, count.span);
+            let then = self.in_block(|l| {
+                let part = l.first_knots(whole, k);
+                let value = l.spline_call(name, basis, position, part, e);
+                l.push(Stmt::Store(result, value));
+            });
+            self.push(Stmt::If(fewer, then, crate::ir::Block::default()));
+        }
+        Some(self.value(Inst::Load(result), ty, e.span))
+    }
+
+    fn spline_call(&mut self, name: &str, basis: &Expr, position: ValueId, knots: LocalId, e: &Expr) -> ValueId {
+        let (ty, span) = (ir_type(e.ty.base), e.span);
         let call = [Arg::Value(position), Arg::Array(knots)];
-        Some(self.by_name("spline basis", basis, &SPLINES.map(|s| s.0), ty, false, |l, i| {
+        self.by_name("spline basis", basis, &SPLINES.map(|s| s.0), ty, false, |l, i| {
             l.internal(&format!("{name}_{}", SPLINES[i].1), call.to_vec(), ty, span)
-        }))
+        })
     }
 
     /// `color(...)`, `point(space, ...)`, `matrix(...)` of more than one argument.
