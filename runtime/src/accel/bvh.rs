@@ -18,6 +18,9 @@ pub(super) const NODE_FLOATS: usize = 16;
 /// Deepest tree that the kernels' stack holds, both levels together (STACK_SIZE of kernels/geometry.h).
 const MAX_DEPTH: u32 = 94;
 
+/// Deepest tree of one level; deeper parts are balanced anew. Enough for 2^29 triangles in balance and then some.
+const LEVEL_DEPTH: u32 = MAX_DEPTH / 2;
+
 /// More triangles than this get the faster of two builds.
 const MANY: usize = 2_000_000;
 
@@ -107,9 +110,14 @@ fn write_nodes(bvh: &Bvh2, nodes: &mut Vec<f32>, leaf: &mut dyn FnMut(u32, u32) 
         }
         return Ok(Tree { root, depth: 1, order: Vec::new() });
     }
+    let sizes = Sizes::of(bvh);
     let mut stack = vec![(0usize, root_at, 1u32)];
     while let Some((from, to, depth)) = stack.pop() {
         deepest = deepest.max(depth);
+        if !sizes.allow(bvh, from, depth) {
+            deepest = deepest.max(balance(bvh, &mut leaves_below(bvh, from), to, depth, nodes, leaf));
+            continue;
+        }
         for side in 0..2 {
             let node = &bvh.nodes[bvh.nodes[from].first_index as usize + side];
             let child = if node.prim_count > 0 {
@@ -124,6 +132,99 @@ fn write_nodes(bvh: &Bvh2, nodes: &mut Vec<f32>, leaf: &mut dyn FnMut(u32, u32) 
     }
     check_depth(deepest)?;
     Ok(Tree { root, depth: deepest, order: Vec::new() })
+}
+
+/// Levels and leaves below each node of a tree.
+struct Sizes {
+    height: Vec<u32>,
+    leaves: Vec<u32>,
+}
+
+impl Sizes {
+    fn of(bvh: &Bvh2) -> Sizes {
+        let mut sizes = Sizes { height: vec![0; bvh.nodes.len()], leaves: vec![1; bvh.nodes.len()] };
+        let mut inner = Vec::new();
+        let mut stack = vec![0usize];
+        while let Some(at) = stack.pop() {
+            if bvh.nodes[at].prim_count == 0 {
+                inner.push(at);
+                let first = bvh.nodes[at].first_index as usize;
+                stack.extend([first, first + 1]);
+            }
+        }
+        // Parents stand before their children.
+        for at in inner.into_iter().rev() {
+            let first = bvh.nodes[at].first_index as usize;
+            sizes.height[at] = 1 + sizes.height[first].max(sizes.height[first + 1]);
+            sizes.leaves[at] = sizes.leaves[first] + sizes.leaves[first + 1];
+        }
+        sizes
+    }
+
+    /// Whether the node at this depth may be kept: the tree below it is flat enough, or can still be made so below its
+    /// children.
+    fn allow(&self, bvh: &Bvh2, node: usize, depth: u32) -> bool {
+        let first = bvh.nodes[node].first_index as usize;
+        let balanced = |n: usize| self.leaves[n].next_power_of_two().trailing_zeros();
+        depth - 1 + self.height[node] <= LEVEL_DEPTH
+            || (depth + balanced(first) <= LEVEL_DEPTH && depth + balanced(first + 1) <= LEVEL_DEPTH)
+    }
+}
+
+/// The leaves of a subtree.
+fn leaves_below(bvh: &Bvh2, node: usize) -> Vec<u32> {
+    let mut leaves = Vec::new();
+    let mut stack = vec![node];
+    while let Some(at) = stack.pop() {
+        let first = bvh.nodes[at].first_index as usize;
+        match bvh.nodes[at].prim_count {
+            0 => stack.extend([first + 1, first]),
+            _ => leaves.push(at as u32),
+        }
+    }
+    leaves
+}
+
+/// Writes node `to` over two or more leaves, cut in the middle of the longest axis again and again: many boxes in one place,
+/// such as triangles without area, would else make a list of a tree. Returns the deepest level.
+fn balance(
+    bvh: &Bvh2,
+    leaves: &mut [u32],
+    to: usize,
+    depth: u32,
+    nodes: &mut Vec<f32>,
+    leaf: &mut dyn FnMut(u32, u32) -> Child,
+) -> u32 {
+    let aabb = |l: &u32| bvh.nodes[*l as usize].aabb;
+    let middle = |l: &u32| aabb(l).min * 0.5 + aabb(l).max * 0.5;
+    let lo = leaves.iter().map(middle).fold(Vec3A::INFINITY, Vec3A::min);
+    let hi = leaves.iter().map(middle).fold(Vec3A::NEG_INFINITY, Vec3A::max);
+    let extent = hi - lo;
+    let axis = (0..3).max_by(|a, b| extent[*a].total_cmp(&extent[*b])).unwrap_or(0);
+    let half = leaves.len() / 2;
+    leaves.select_nth_unstable_by(half, |a, b| middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(b)));
+    let (left, right) = leaves.split_at_mut(half);
+    let mut deepest = depth;
+    for (side, part) in [left, right].into_iter().enumerate() {
+        let (lo, hi) = part
+            .iter()
+            .map(aabb)
+            .fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(lo, hi), b| (lo.min(b.min), hi.max(b.max)));
+        let child = match part {
+            [only] => {
+                let node = &bvh.nodes[*only as usize];
+                leaf(node.first_index, node.prim_count)
+            }
+            _ => {
+                let at = nodes.len() / NODE_FLOATS;
+                nodes.resize(nodes.len() + NODE_FLOATS, 0.0);
+                deepest = deepest.max(balance(bvh, part, at, depth + 1, nodes, leaf));
+                Child::Node(at)
+            }
+        };
+        put_child(nodes, to, side, &Aabb::new(lo, hi), &child);
+    }
+    deepest
 }
 
 /// Checks that both levels together fit the kernels' stack.
@@ -167,6 +268,18 @@ mod tests {
         let tree = over_triangles(&[triangle(0.0)], 5, &mut nodes).expect("builds");
         assert_eq!((nodes.len(), tree.root, tree.order.as_slice()), (16, 0, &[0u32][..]));
         assert_eq!([12, 13, 14, 15].map(|i: usize| nodes[i].to_bits()), [5, 5, 1, 1]);
+    }
+
+    #[test]
+    fn triangles_in_one_place_make_no_list() {
+        let mut corners = vec![[DVec3::ONE; 3]; 500];
+        corners.push(triangle(0.0));
+        let tree = over_triangles(&corners, 0, &mut Vec::new()).expect("builds");
+        assert!(tree.depth <= LEVEL_DEPTH, "{}", tree.depth);
+        let found: std::collections::BTreeSet<u32> = tree.order.iter().copied().collect();
+        assert_eq!(found.len(), corners.len());
+        let boxes = vec![(DVec3::ZERO, DVec3::ONE); 500];
+        assert!(over_boxes(&boxes, &mut Vec::new()).expect("builds").depth <= LEVEL_DEPTH);
     }
 
     #[test]
