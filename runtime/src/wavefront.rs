@@ -23,8 +23,8 @@ const GROUP: usize = 64;
 const START: u32 = 1;
 const CLEARS: u32 = 0x8000_0000;
 
-/// Paths in flight: enough to fill the device, few enough for a CPU's caches.
-const PATHS_CPU: u32 = 1 << 14;
+/// Paths in flight: enough to fill a GPU; on a CPU few enough for each core's cache.
+const PATHS_PER_CORE: u32 = 1 << 13;
 const PATHS_GPU: u32 = 1 << 20;
 
 /// Rounds of stages between two looks at the queues.
@@ -46,7 +46,10 @@ pub struct Spread {
 impl Spread {
     /// The spread for a picture of this many pixels and samples.
     pub fn new(device: &Device, plan: &Plan, pixels: u64, samples: u32) -> Spread {
-        let most = if device.info.kind == DeviceKind::Gpu { PATHS_GPU } else { PATHS_CPU };
+        let most = match device.info.kind {
+            DeviceKind::Gpu => PATHS_GPU,
+            _ => PATHS_PER_CORE * device.info.units.clamp(1, 128),
+        };
         let fits = device.info.memory / MEMORY_SHARE / plan.layout.bytes_per_path(plan.precision.real_bytes()).max(1);
         let wanted = (pixels * u64::from(samples)).clamp(GROUP as u64, u64::from(most));
         let paths = wanted.min(fits.max(GROUP as u64)).next_multiple_of(GROUP as u64) as u32;

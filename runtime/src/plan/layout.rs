@@ -365,3 +365,61 @@ impl Layout {
             writeln!(out, "#define STAGE_CONTEXT(c) Context c = {{{}}}\n", list(&|(_, name, ..)| (*name).to_owned()));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The numbers that the header gives to the names with this prefix.
+    fn defined(header: &str, prefix: &str) -> Vec<(String, u32)> {
+        let lines = header.lines().filter_map(|l| l.strip_prefix("#define ")?.strip_prefix(prefix)?.split_once(' '));
+        let number = |n: &str| n.trim_end_matches('u').parse().expect("a number");
+        lines.map(|(name, n)| (name.to_owned(), number(n))).collect()
+    }
+
+    /// Planes of each prefix lie one behind the other, without gap or overlap, and fill what the host allocates.
+    #[test]
+    fn header_and_host_agree_on_path_state() {
+        let all: BTreeSet<Effect> = Effect::ALL.iter().copied().collect();
+        for on in [BTreeSet::new(), BTreeSet::from([Surfaces, LobeDiffuse, Lights]), all] {
+            let layout = Layout::new(on, 3, 2);
+            let header = layout.header(64);
+            for (prefix, fields, total) in
+                [("PATH_", REALS, layout.real_planes()), ("PATHU_", UINTS, layout.uint_planes())]
+            {
+                let mut next = 0;
+                for (name, plane) in defined(&header, prefix) {
+                    let field = fields.iter().find(|f| f.name == name).expect("a field of the table");
+                    assert_eq!(plane, next, "{name}");
+                    next += field.planes;
+                }
+                assert_eq!(next, total);
+            }
+        }
+    }
+
+    #[test]
+    fn header_and_host_agree_on_settings_constants_and_counters() {
+        let layout = Layout::new(BTreeSet::from([Surfaces]), 1, 0);
+        let header = layout.header(64);
+        assert_eq!(defined(&header, "SETTING_").len(), Setting::ALL.len());
+        for (name, at) in defined(&header, "CONSTANT_") {
+            let (constant, ..) = Constant::ALL.into_iter().find(|(_, n, _)| *n == name).expect("a constant");
+            assert_eq!(at as usize, constant.offset(), "{name}");
+        }
+        for (name, at) in defined(&header, "COUNTER_") {
+            let (counter, ..) = COUNTERS.into_iter().find(|(_, n, _)| *n == name).expect("a counter");
+            assert_eq!(at as usize, layout.counter(counter), "{name}");
+        }
+        assert!(defined(&header, "COUNTER_").iter().all(|(_, at)| (*at as usize) < layout.counter_words()));
+    }
+
+    #[test]
+    fn an_effect_that_is_off_adds_no_bytes() {
+        let plain = Layout::new(BTreeSet::from([Surfaces, LobeDiffuse]), 1, 0);
+        let lit = Layout::new(BTreeSet::from([Surfaces, LobeDiffuse, Lights]), 1, 0);
+        assert!(lit.bytes_per_path(4) > plain.bytes_per_path(4));
+        assert_eq!(plain.bytes_of(Lights, 4), 0);
+        assert_eq!(lit.bytes_of(Lights, 4), u64::from(lit.real_planes() - plain.real_planes()) * 4);
+    }
+}
