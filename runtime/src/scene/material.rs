@@ -4,32 +4,39 @@
 
 use super::error::{Error, suggest};
 use super::value::{Table, Value};
-use super::{Material, ParamValue, shipped};
+use super::{Material, ParamValue, group, shipped};
 use std::path::Path;
 use toml::de::DeValue;
 
-/// Reads `shader = "NAME or FILE.osl"` or `osl = "text"`, and `params`.
+/// Reads `shader = "NAME or FILE.osl"`, `osl = "text"` or `group = "text"`, and `params`, which override the group's.
 pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
-    table.only(&["shader", "osl", "params"])?;
-    let mut material = match (table.get("shader"), table.get("osl")) {
-        (Some(shader), None) => by_name(&shader, name)?,
-        (None, Some(osl)) => Material {
+    const WAYS: [&str; 3] = ["shader", "osl", "group"];
+    table.only(&["shader", "osl", "group", "params"])?;
+    let given: Vec<(&str, Value<'_>)> = WAYS.iter().filter_map(|key| Some((*key, table.get(key)?))).collect();
+    let mut material = match given.as_slice() {
+        [("shader", shader)] => by_name(shader, shader.string()?, name)?,
+        [("group", text)] => of_group(text, name)?,
+        [(_, osl)] => Material {
             name: name.to_string(),
             path: table.text.path.to_path_buf(),
-            source: in_place(&osl)?,
+            source: in_place(osl)?,
             params: Vec::new(),
         },
-        (None, None) => {
-            let cause = format!("`{}` needs a `shader` (a shipped one or a file) or `osl` (its text)", table.name);
+        [] => {
+            let cause = format!(
+                "`{}` needs a `shader` (a shipped one or a file), `osl` (its text) or `group` (a shader group's text)",
+                table.name
+            );
             return Err(Error::Conflict { at: table.at(), cause });
         }
-        (Some(_), Some(osl)) => {
-            let cause = format!("`{}` has both `shader` and `osl`", table.name);
-            return Err(Error::Conflict { at: osl.at(), cause });
+        [(first, _), (second, value), ..] => {
+            let cause = format!("`{}` has both `{first}` and `{second}`", table.name);
+            return Err(Error::Conflict { at: value.at(), cause });
         }
     };
     if let Some(params) = table.get("params") {
         for (name, value) in params.table()?.entries() {
+            material.params.retain(|(other, _)| other != name);
             material.params.push((name.to_string(), param(&value)?));
         }
     }
@@ -49,8 +56,18 @@ fn in_place(osl: &Value<'_>) -> Result<String, Error> {
     Ok("\n".repeat(lines) + &" ".repeat(blanks) + text)
 }
 
-fn by_name(shader: &Value<'_>, name: &str) -> Result<Material, Error> {
-    let wanted = shader.string()?;
+/// A group's shader is a shipped one or a file beside the scene, with or without `.osl`.
+fn of_group(text: &Value<'_>, name: &str) -> Result<Material, Error> {
+    let group = group::parse(text.string()?)
+        .map_err(|cause| Error::Conflict { at: text.at(), cause: format!("shader group: {cause}") })?;
+    let file = format!("{}.osl", group.shader.trim_end_matches(".osl"));
+    let beside = text.text.path.parent().unwrap_or(Path::new("")).join(&file);
+    let shader = if beside.is_file() { &file } else { &group.shader };
+    Ok(Material { params: group.params, ..by_name(text, shader, name)? })
+}
+
+/// The shader `wanted`, which `shader` names.
+fn by_name(shader: &Value<'_>, wanted: &str, name: &str) -> Result<Material, Error> {
     if !wanted.ends_with(".osl") {
         if shipped::shipped(wanted).is_none() {
             let help = suggest(wanted, shipped::names());

@@ -7,6 +7,7 @@ mod build;
 mod error;
 mod file;
 mod geometry;
+mod group;
 mod material;
 mod mtl;
 mod obj;
