@@ -188,15 +188,14 @@ impl<'a> Wavefront<'a> {
             return Ok(());
         }
         let lights = &geometry.lights;
-        let mut radiance: Vec<f64> = lights.reals.chunks(14).map(|l| l[9..12].iter().sum::<f64>() / 3.0).collect();
-        let powers = upload_reals(self.device, "light powers", &radiance, self.precision())?;
+        let powers = upload_reals(self.device, "light powers", &lights.radiance(), self.precision())?;
         for (k, material) in self.varying_lights.iter().enumerate() {
             if let Some(kernel) = self.kernels.get(Stage::LightPower, Some(*material)) {
                 let queue = self.plan.layout.light_queue(k as u32);
                 self.launch(kernel, queue, Some(&powers), lights.len() as u64)?;
             }
         }
-        radiance = read_reals(self.device, &powers, lights.len(), self.precision())?;
+        let radiance = read_reals(self.device, &powers, lights.len(), self.precision())?;
         geometry.lights.choose(&radiance);
         self.buffers
             .insert(BufferId::Lights, upload_reals(self.device, "lights", &geometry.lights.reals, self.precision())?);

@@ -6,8 +6,9 @@ use super::AliasTable;
 use crate::scene::MaterialId;
 use glam::DVec3;
 
-/// Numbers of a light, and where in them its choice stands.
+/// Numbers of a light, and where in them its radiance and its choice stand.
 const LIGHT_REALS: usize = 14;
+const RADIANCE: usize = 9;
 const DENSITY: usize = 12;
 const SHARE: usize = 13;
 /// Words of a light.
@@ -95,9 +96,12 @@ impl Lights {
         for (i, number) in self.numbers.iter().enumerate() {
             self.words[LIGHT_WORDS * i + 1] = place[*number as usize];
         }
-        let radiance: Vec<f64> =
-            (0..self.len()).map(|i| self.reals[LIGHT_REALS * i + 9..][..3].iter().sum::<f64>() / 3.0).collect();
-        self.choose(&radiance);
+        self.choose(&self.radiance());
+    }
+
+    /// The mean of the channels of each light's radiance; 1 where a shader has to be asked.
+    pub fn radiance(&self) -> Vec<f64> {
+        self.reals.chunks(LIGHT_REALS).map(|light| light[RADIANCE..][..3].iter().sum::<f64>() / 3.0).collect()
     }
 
     /// Makes the choice proportional to radiance times area. `radiance`: the mean of the channels per light.
