@@ -158,10 +158,26 @@ pub struct PlanArgs {
 /// Arguments of `oslcl compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// The picture (.exr).
+    /// The picture (.exr; with limits also .tif and .png).
     pub picture: PathBuf,
-    /// The reference (.exr), of the same size.
+    /// The reference, of the same size.
     pub reference: PathBuf,
+    /// Limit: a value that is off by more than this makes its pixel a failure. With any limit, all channels are compared
+    /// value by value, and the exit code is 1 when a limit is broken.
+    #[arg(long, value_name = "DIFFERENCE")]
+    pub fail: Option<f64>,
+    /// Limit: only differences beyond this part of the value count.
+    #[arg(long, value_name = "PART")]
+    pub fail_relative: Option<f64>,
+    /// Limit: pixels that may fail, in percent.
+    #[arg(long, value_name = "PERCENT")]
+    pub fail_percent: Option<f64>,
+    /// Limit: this many pixels may fail in any case.
+    #[arg(long, value_name = "PIXELS")]
+    pub allow_failures: Option<usize>,
+    /// Limit: no value at all may be off by more than this.
+    #[arg(long, value_name = "DIFFERENCE")]
+    pub hard_fail: Option<f64>,
 }
 
 /// Arguments of `oslcl shade`.
