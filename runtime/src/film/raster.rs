@@ -262,7 +262,8 @@ pub fn differences(a: &Raster, b: &Raster, limits: &Limits) -> Option<Difference
             let off = if off.is_nan() { f64::INFINITY } else { off };
             found.largest = found.largest.max(off);
             sum += off;
-            differs |= off > limits.fail && off > limits.relative * 0.5 * (x.abs() + y.abs());
+            let tolerated = off <= limits.relative * 0.5 * (x.abs() + y.abs());
+            differs |= off > limits.fail && !tolerated;
         }
         found.pixels += usize::from(differs);
     }
