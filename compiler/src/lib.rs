@@ -32,6 +32,7 @@ mod facade;
 pub mod interp;
 pub mod ir;
 pub mod lower;
+pub mod oso;
 pub mod parse;
 pub mod passes;
 pub mod preprocess;
@@ -43,7 +44,10 @@ pub mod types;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
-pub use facade::{Binding, Entry, Failure, Master, NoIncludes, Options, Output, Values, check_only, compile, inspect};
+pub use facade::{
+    Binding, Entry, Failure, Master, NoIncludes, Options, Oso, OsoOptions, Output, Query, QueryParam, Values,
+    check_only, compile, inspect, preprocessed, query_shader, to_oso,
+};
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;
