@@ -7,6 +7,7 @@ pub mod assemble;
 pub mod device;
 pub mod files;
 pub mod film;
+pub mod grid;
 pub mod materials;
 pub mod plan;
 pub mod precision;
