@@ -30,6 +30,10 @@ typedef struct {
     // Spaces: row-major 4x4 for row vectors, 32 reals each: to common, then from common. May be 0 when no shader asks.
     __global const real *object_space;
     __global const real *camera_space;
+#ifdef HAS_MESSAGES
+    __global uint *records;  // where what the shader says goes (osl/records.h); 0: nobody listens
+    uint point;              // the number of the point in those records
+#endif
 } ShaderGlobals;
 
 #endif

@@ -9,6 +9,19 @@
 #include "context.h"
 #include "globals.h"
 
+// Where what the shader says goes; its number tells whose it is.
+static inline void surface_messages(const Context *c, ShaderGlobals *sg)
+{
+#ifdef HAS_MESSAGES
+#ifdef MATERIAL_NUMBER
+    sg->records = c->messages;
+    sg->point = MATERIAL_NUMBER;
+#else
+    sg->records = 0;
+#endif
+#endif
+}
+
 #ifdef HAS_SURFACES
 #include "geometry.h"
 
@@ -138,6 +151,7 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
 #else
     sg->camera_space = 0;
 #endif
+    surface_messages(c, sg);
     return s;
 }
 
@@ -157,6 +171,7 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
 #else
     sg->camera_space = 0;
 #endif
+    surface_messages(c, sg);
 }
 
 #endif

@@ -4,7 +4,11 @@
 #include "globals.h"
 
 __kernel void shade(uint first_row, uint count, uint width, uint height, __global const real *spaces,
-                    __global real *outputs)
+                    __global real *outputs
+#ifdef HAS_MESSAGES
+                    , __global uint *records
+#endif
+                    )
 {
     const uint i = (uint)get_global_id(0);
     if (i >= count) return;
@@ -23,6 +27,10 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, __globa
     sg.backfacing = 0;
     sg.raytype = RAY_CAMERA;
     sg.object_space = sg.camera_space = spaces;
+#ifdef HAS_MESSAGES
+    sg.records = records;
+    sg.point = first_row * width + i;
+#endif
     real values[SHADE_REALS];
     SHADE_ENTRY(&sg, values);
     for (int k = 0; k < SHADE_REALS; k++) outputs[(size_t)i * SHADE_REALS + k] = values[k];

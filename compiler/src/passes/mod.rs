@@ -13,7 +13,6 @@ mod fold;
 mod prune;
 mod review;
 mod specialise;
-mod text;
 mod unroll;
 
 pub use closures::closures;
