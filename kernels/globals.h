@@ -38,6 +38,10 @@ typedef struct {
     real dudx, dudy, dvdx, dvdy;
     int flip_handedness;  // 1 when raster space and common space turn opposite ways
 #endif
+#ifdef HAS_MESSAGES
+    __global uint *records;  // where what the shader says goes (osl/records.h); 0: nobody listens
+    uint point;              // the number of the point in those records
+#endif
 } ShaderGlobals;
 
 #endif

@@ -9,6 +9,19 @@
 #include "context.h"
 #include "globals.h"
 
+// Where what the shader says goes; its number tells whose it is.
+static inline void surface_messages(const Context *c, ShaderGlobals *sg)
+{
+#ifdef HAS_MESSAGES
+#ifdef MATERIAL_NUMBER
+    sg->records = c->messages;
+    sg->point = MATERIAL_NUMBER;
+#else
+    sg->records = 0;
+#endif
+#endif
+}
+
 #ifdef HAS_SURFACES
 #include "geometry.h"
 
@@ -139,6 +152,7 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     sg->camera_space = 0;
 #endif
     sg->other_spaces = 0;
+    surface_messages(c, sg);
     return s;
 }
 
@@ -159,6 +173,7 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
     sg->camera_space = 0;
 #endif
     sg->other_spaces = 0;
+    surface_messages(c, sg);
 }
 
 #endif

@@ -32,6 +32,7 @@ mod facade;
 pub mod interp;
 pub mod ir;
 pub mod lower;
+pub mod messages;
 pub mod parse;
 pub mod passes;
 pub mod preprocess;
@@ -39,6 +40,7 @@ pub mod reflect;
 pub mod source;
 pub mod strings;
 pub mod suggest;
+pub mod text;
 pub mod types;
 
 pub use artifact::{Artifact, Radiance};

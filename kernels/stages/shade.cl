@@ -46,7 +46,11 @@ static inline void grid_derivatives(ShaderGlobals *sg, real2 scale, uint width, 
 
 // patch: scale of u and v, offset of u and v. spaces: as in ShaderGlobals, 32 reals each: object, shader, camera, others.
 __kernel void shade(uint first_row, uint count, uint width, uint height, uint flags, uint raytype,
-                    __global const real *patch, __global const real *spaces, __global real *outputs)
+                    __global const real *patch, __global const real *spaces, __global real *outputs
+#ifdef HAS_MESSAGES
+                    , __global uint *records
+#endif
+                    )
 {
     const uint i = (uint)get_global_id(0);
     if (i >= count) return;
@@ -70,6 +74,10 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
     sg.other_spaces = spaces + 96;
 #ifdef HAS_DERIVATIVES
     grid_derivatives(&sg, (real2)(patch[0], patch[1]), width, height, flags);
+#endif
+#ifdef HAS_MESSAGES
+    sg.records = records;
+    sg.point = first_row * width + i;
 #endif
     real values[SHADE_REALS];
     SHADE_ENTRY(&sg, values);

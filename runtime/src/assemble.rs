@@ -57,6 +57,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/noise_words.h",
     "osl/ops.h",
     "osl/pattern.h",
+    "osl/records.h",
     "osl/spline.h",
     "osl/state.h",
     "stages/accumulate.cl",

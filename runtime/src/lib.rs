@@ -16,4 +16,5 @@ pub mod programs;
 pub mod render;
 pub mod scene;
 pub mod shade;
+pub mod told;
 pub mod wavefront;

@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use crate::precision::Precision;
 use crate::scene::{self, Scene};
 use crate::wavefront::{Counts, Spread, Wavefront};
-use crate::{accel, device, displace, programs};
+use crate::{accel, device, displace, programs, told};
 use oslcl_compiler::Radiance;
 use std::time::{Duration, Instant};
 
@@ -34,6 +34,9 @@ pub enum Error {
     /// A program does not build.
     #[error(transparent)]
     Program(#[from] programs::Error),
+    /// What came back as messages is none.
+    #[error(transparent)]
+    Messages(#[from] oslcl_compiler::messages::Damaged),
     /// Nothing to render.
     #[error("the scene has neither surfaces nor an environment: there is nothing to see")]
     Empty,
@@ -96,6 +99,8 @@ pub struct Summary {
     pub bytes_per_path: u64,
     /// Warnings of the materials.
     pub warnings: Vec<String>,
+    /// What the materials printed.
+    pub messages: told::Messages,
 }
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
@@ -195,6 +200,8 @@ pub fn render(
     let data = wavefront.resolve(done)?;
     let render_time = start.elapsed();
     let counts = wavefront.counts()?;
+    let (words, lost) = wavefront.messages()?;
+    let messages = told::collect(&words, 4 * lost, scene, &compiled)?;
     wavefront.log_times();
     let bytes_per_path = plan.layout.bytes_per_path(options.precision.real_bytes());
     let picture = picture(scene, options, done, &data, plan.layout.film_channels() as usize);
@@ -210,6 +217,7 @@ pub fn render(
         plan,
         bytes_per_path,
         warnings: compiled.warnings,
+        messages,
     };
     Ok((picture, summary))
 }

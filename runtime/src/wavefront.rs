@@ -30,6 +30,9 @@ const PATHS_GPU: u32 = 1 << 20;
 const ROUNDS_CPU: u32 = 2;
 const ROUNDS_GPU: u32 = 8;
 
+/// Words for what shaders print: 4 MiB. What does not fit is lost, and counted.
+const MESSAGE_WORDS: u32 = 1 << 20;
+
 /// Largest share of the device's memory that paths in flight take.
 const MEMORY_SHARE: u64 = 4;
 
@@ -150,6 +153,11 @@ impl<'a> Wavefront<'a> {
             BufferId::Counters => device.upload(name, &vec![0u32; self.plan.layout.counter_words()]),
             BufferId::Settings => device.upload(name, &self.settings),
             BufferId::Constants => reals(&constants(scene, self.plan)),
+            BufferId::Messages => {
+                let mut messages = empty()?;
+                device.write(&mut messages, &[0, MESSAGE_WORDS])?;
+                Ok(messages)
+            }
             BufferId::Film => {
                 let mut film = empty()?;
                 device.clear(&mut film)?;
@@ -337,6 +345,15 @@ impl<'a> Wavefront<'a> {
         Ok(self.counts_of(&self.counters()?))
     }
 
+    /// The records of what shaders printed (kernels/osl/records.h; the points are numbers of materials), and how many words
+    /// of them were lost. The last record may not have fit either.
+    pub fn messages(&self) -> Result<(Vec<u32>, u64), Error> {
+        let Some(buffer) = self.buffers.get(&BufferId::Messages) else { return Ok((Vec::new(), 0)) };
+        let used = self.device.read::<u32>(buffer, 1)?[0];
+        let words: Vec<u32> = self.device.read(buffer, used.min(MESSAGE_WORDS) as usize + 2)?;
+        Ok((words[2..].to_vec(), u64::from(used.saturating_sub(MESSAGE_WORDS))))
+    }
+
     /// Writes the stages' times to the log.
     pub fn log_times(&self) {
         for (stage, (launches, time)) in self.times.iter().flat_map(|t| t.borrow().clone()) {
@@ -386,6 +403,7 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, spread: Spread) ->
         BufferId::LightWords => words(g.lights.words.len()),
         BufferId::EnvironmentCells => reals(2 * cells),
         BufferId::EnvironmentAlias => 4 * cells,
+        BufferId::Messages => words(MESSAGE_WORDS as usize + 2),
     }
 }
 

@@ -14,7 +14,6 @@ pub mod link;
 mod prune;
 mod review;
 mod specialise;
-mod text;
 mod unroll;
 
 pub use closures::closures;

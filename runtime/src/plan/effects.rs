@@ -53,6 +53,7 @@ effects! {
     ObjectSpace: "object_space", "object and shader space";
     CameraSpace: "camera_space", "camera space";
     RayType: "raytype", "raytype()";
+    Messages: "messages", "what shaders print";
     Holdout: "holdout", "holdout: an alpha channel";
     LobeDiffuse: "lobe_diffuse", "a lobe of the BSDFs";
     LobeOrenNayar: "lobe_oren_nayar", "a lobe of the BSDFs";
@@ -170,6 +171,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             (state.camera_space, CameraSpace),
             (state.raytype, RayType),
             (artifact.has_holdout, Holdout),
+            (!artifact.sites.is_empty(), Messages),
         ];
         for (_, effect) in asks.into_iter().filter(|(asked, _)| *asked) {
             ask(effect, who.clone());
@@ -206,6 +208,9 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
         Radiance::Constant(_) | Radiance::Varying => {
             if code.state.camera_space {
                 ask(CameraSpace, who.clone());
+            }
+            if !code.sites.is_empty() {
+                ask(Messages, who.clone());
             }
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());

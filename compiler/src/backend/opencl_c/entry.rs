@@ -265,5 +265,7 @@ fn finish(w: Writer, prefix: &str, params: &str, outputs: Vec<Output>) -> Result
         let next = text.lines().count() + 2;
         text.push_str(&format!("#line {next} \"{entry}.cl\"\n"));
     }
-    Ok(Code { entry, text, includes, outputs })
+    let mut strings: Vec<String> = w.strings.into_values().collect();
+    strings.sort_unstable();
+    Ok(Code { entry, text, includes, outputs, sites: w.sites, strings })
 }
