@@ -43,7 +43,11 @@ pub mod types;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
-pub use facade::{Binding, Entry, Failure, Master, NoIncludes, Options, Output, Values, check_only, compile, inspect};
+pub use facade::{
+    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Output, Values,
+    check_only, compile, inspect,
+};
+pub use interp::{Globals, Space};
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;

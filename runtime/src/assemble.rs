@@ -62,6 +62,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/state.h",
     "stages/accumulate.cl",
     "stages/accumulate.h",
+    "stages/displace.cl",
     "stages/environment.cl",
     "stages/environment.h",
     "stages/environment_light.cl",

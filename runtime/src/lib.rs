@@ -5,8 +5,10 @@
 pub mod accel;
 pub mod assemble;
 pub mod device;
+pub mod displace;
 pub mod files;
 pub mod film;
+pub mod grid;
 pub mod materials;
 pub mod plan;
 pub mod precision;

@@ -43,7 +43,7 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let artifact = shade::compile(&master, &options, &outputs).map_err(|failure| report::report(&failure))?;
     let device = Device::open(args.device.as_deref())?;
     let precision = args.precision.into();
-    let planes = shade::run(&device, &artifact, Grid { width, height }, precision)?;
+    let planes = shade::run(&device, &artifact, Grid::new(width, height), precision)?;
     if wanted.is_empty() {
         return terminal::print_with(|out| print(out, &planes, precision));
     }
