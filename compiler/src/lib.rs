@@ -45,7 +45,10 @@ pub mod types;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
-pub use facade::{Binding, Entry, Failure, Master, NoIncludes, Options, Output, Values, check_only, compile, inspect};
+pub use facade::{
+    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Output, Values,
+    check_only, compile, inspect,
+};
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;

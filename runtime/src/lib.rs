@@ -5,6 +5,7 @@
 pub mod accel;
 pub mod assemble;
 pub mod device;
+pub mod displace;
 pub mod files;
 pub mod film;
 pub mod materials;

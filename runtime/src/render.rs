@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use crate::precision::Precision;
 use crate::scene::{self, Scene};
 use crate::wavefront::{Counts, Spread, Wavefront};
-use crate::{accel, device, programs, told};
+use crate::{accel, device, displace, programs, told};
 use oslcl_compiler::Radiance;
 use std::time::{Duration, Instant};
 
@@ -22,6 +22,9 @@ pub enum Error {
     /// A material does not compile.
     #[error(transparent)]
     Material(#[from] materials::Error),
+    /// A surface can't be displaced.
+    #[error(transparent)]
+    Displacement(#[from] displace::Error),
     /// The geometry can't be built.
     #[error(transparent)]
     Geometry(#[from] accel::Error),
@@ -156,6 +159,8 @@ pub fn render(
     let compile_time = start.elapsed();
 
     let start = Instant::now();
+    let displaced = displace::apply(scene, &compiled.displacements, device, options.precision)?;
+    let scene = displaced.as_ref();
     let mut geometry = accel::build(scene, &plan.materials)?;
     let mut geometry_time = start.elapsed();
 

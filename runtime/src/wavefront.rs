@@ -5,13 +5,12 @@
 //! A batch is as many pixels as there are slots for; each slot takes the samples of its pixel one after the other. Queue
 //! lengths stay on the device; the host reads them now and then to see whether a batch is done.
 
-use crate::accel::{AliasTable, Geometry};
+use crate::accel::{AliasTable, Geometry, row_major};
 use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
 use crate::plan::{BufferId, Constant, Counter, ENVIRONMENT_MAP_SIZE, Effect, Plan, Setting, Stage};
 use crate::precision::Precision;
 use crate::programs::Kernels;
 use crate::scene::{MaterialId, Scene};
-use glam::DVec3;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
@@ -462,9 +461,8 @@ fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting
 
 fn constants(scene: &Scene, plan: &Plan) -> Vec<f64> {
     let camera = &scene.camera;
-    let forward = (camera.target - camera.origin).normalize();
-    let right = forward.cross(camera.up).normalize();
-    let up = right.cross(forward);
+    let to_world = camera.to_world();
+    let [right, up, forward] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis, to_world.matrix3.z_axis];
     let tangent = (camera.hfov_degrees.to_radians() / 2.0).tan();
     let aspect = f64::from(scene.film.height) / f64::from(scene.film.width);
     let mut out = vec![0.0; Constant::total()];
@@ -479,16 +477,7 @@ fn constants(scene: &Scene, plan: &Plan) -> Vec<f64> {
     put(Constant::FocusDistance, &[camera.focus_distance]);
     put(Constant::Environment, &plan.constant_environment);
     if plan.has(Effect::CameraSpace) {
-        put(Constant::CameraSpace, &camera_space(camera.origin, right, up, forward));
+        put(Constant::CameraSpace, &[to_world, to_world.inverse()].map(|map| row_major(&map)).concat());
     }
-    out
-}
-
-/// Camera space to common space and back: x to the right, y up, z along the view. Row-major for row vectors.
-fn camera_space(origin: DVec3, x: DVec3, y: DVec3, z: DVec3) -> [f64; 32] {
-    let to_common = glam::DAffine3::from_mat3_translation(glam::DMat3::from_cols(x, y, z), origin);
-    let mut out = [0.0; 32];
-    out[..16].copy_from_slice(&crate::accel::row_major(&to_common));
-    out[16..].copy_from_slice(&crate::accel::row_major(&to_common.inverse()));
     out
 }

@@ -53,6 +53,10 @@ fn each_effect_is_asked_for_by_what_needs_it() {
         &wall_of("surface d(int say = 0) { if (say) printf(\"x\"); Ci = diffuse(N); }"),
         &["surfaces", "lobe_diffuse"],
     );
+    let mut scene = wall_of(DIFFUSE);
+    let by = material(&mut scene, "displacement d() { P += 0.1 * N; }", &[]);
+    scene.materials[0].displacement = Some(by);
+    check(&scene, &["surfaces", "lobe_diffuse", "displacement", "normals"]);
 }
 
 #[test]

@@ -10,6 +10,7 @@
 mod closures;
 mod dead;
 mod fold;
+pub mod link;
 mod prune;
 mod review;
 mod specialise;

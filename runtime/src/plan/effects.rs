@@ -45,6 +45,7 @@ effects! {
     EnvironmentSampling: "environment_sampling", "environment sampled directly, by a map of its radiance";
     Roulette: "roulette", "Russian roulette";
     Instances: "instances", "meshes that are placed more than once: a second level of the tree";
+    Displacement: "displacement", "vertices moved by shaders before anything is built";
     Normals: "normals", "interpolated shading normals";
     Uvs: "uvs", "texture coordinates";
     Tangents: "tangents", "dPdu and dPdv";
@@ -144,6 +145,12 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         let Some(code) = material.as_ref().filter(|_| used[index]) else { continue };
         let artifact = code;
         let who = who(scene, index);
+        if let Some(by) = scene.materials[index].displacement {
+            let asked = format!("{who}: displacement = {}", scene.materials[by.0 as usize].name);
+            // A bump gives normals to meshes that have none.
+            ask(Normals, asked.clone());
+            ask(Displacement, asked);
+        }
         for lobe in &artifact.lobes {
             if let Some(effect) = Effect::of_lobe(lobe) {
                 ask(effect, who.clone());
