@@ -142,15 +142,16 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     sg->surfacearea = 0;
 #endif
 #ifdef HAS_OBJECT_SPACE
-    sg->object_space = c->object_spaces + 32 * (size_t)s.shape;
+    sg->object_space = sg->shader_space = c->object_spaces + 32 * (size_t)s.shape;
 #else
-    sg->object_space = 0;
+    sg->object_space = sg->shader_space = 0;
 #endif
 #ifdef HAS_CAMERA_SPACE
     sg->camera_space = c->constants + CONSTANT_camera_space;
 #else
     sg->camera_space = 0;
 #endif
+    sg->other_spaces = 0;
     surface_messages(c, sg);
     return s;
 }
@@ -165,12 +166,13 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
     sg->N = sg->Ng = -I;
     sg->u = sg->v = sg->time = sg->dtime = sg->surfacearea = 0;
     sg->backfacing = sg->raytype = 0;
-    sg->object_space = 0;
+    sg->object_space = sg->shader_space = 0;
 #ifdef HAS_CAMERA_SPACE
     sg->camera_space = c->constants + CONSTANT_camera_space;
 #else
     sg->camera_space = 0;
 #endif
+    sg->other_spaces = 0;
     surface_messages(c, sg);
 }
 

@@ -49,6 +49,7 @@ pub use facade::{
     Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Output, Values,
     check_only, compile, inspect,
 };
+pub use interp::{Globals, Space};
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;

@@ -8,6 +8,7 @@ pub mod device;
 pub mod displace;
 pub mod files;
 pub mod film;
+pub mod grid;
 pub mod materials;
 pub mod plan;
 pub mod precision;

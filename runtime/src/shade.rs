@@ -1,9 +1,7 @@
 //! Runs a shader over a grid of points, without a scene.
 //!
-//! In: a master, parameter values, which outputs, the grid. Out: a [`Plane`] of numbers per output. The points are those of
-//! OSL's testshade: u and v run from 0 to 1 over the grid (0.5 where it is one point wide), P = (u, v, 1),
-//! N = Ng = (0, 0, 1), dPdu and dPdv along x and y, I = (0, 0, -1); all spaces are common space. What the shader says by
-//! `printf` and the like comes as [`Message`]s. It must not know files.
+//! In: a master, parameter values, which outputs, the [`Grid`]. Out: a [`Plane`] of numbers per output, and what the shader says
+//! by `printf` and the like as [`Message`]s. It must not know files.
 //!
 //! ```no_run
 //! use oslcl_compiler::{Master, NoIncludes, Options};
@@ -13,7 +11,7 @@
 //! let source = "shader ramp(output color Cout = 0) { Cout = color(u, v, 0); }";
 //! let master = Master::new(source, &options, &NoIncludes)?;
 //! let artifact = shade::compile(&master, &options, &shade::default_outputs(master.info()))?;
-//! let grid = shade::Grid { width: 4, height: 4 };
+//! let grid = shade::Grid::new(4, 4);
 //! let shaded = shade::run(&Device::open(None)?, &artifact, grid, Precision::Standard)?;
 //! assert_eq!(shaded.planes[0].point(3, 0), [1.0, 0.0, 0.0]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -25,6 +23,7 @@ use crate::precision::Precision;
 use oslcl_compiler::reflect::ShaderInfo;
 use oslcl_compiler::{Artifact, Entry, Failure, Master, Options};
 
+pub use crate::grid::Grid;
 pub use oslcl_compiler::messages::{Kind, Message};
 
 /// Work-items of a group.
@@ -35,15 +34,6 @@ const MAX_LAUNCH_REALS: u64 = 1 << 23;
 
 /// Words of the first buffer for messages; one that overflows is made as large as it has to be.
 const RECORD_WORDS: u32 = 1 << 16;
-
-/// Points of a grid, across and down.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grid {
-    /// Across, at least 1.
-    pub width: u32,
-    /// Down, at least 1.
-    pub height: u32,
-}
 
 /// The values of one output.
 #[derive(Clone, Debug, PartialEq)]
@@ -172,8 +162,9 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
 /// The shader's text with the kernel behind it.
 fn program(artifact: &Artifact) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
+    let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
     let text = format!(
-        "{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
+        "{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
         if artifact.sites.is_empty() { "" } else { "#define HAS_MESSAGES\n" },
         artifact.code,
         artifact.entry
@@ -182,13 +173,26 @@ fn program(artifact: &Artifact) -> Result<String, Error> {
 }
 
 /// A float of the device that the host can read.
-trait Real: device::Plain + From<f32> + Into<f64> {}
-impl Real for f32 {}
-impl Real for f64 {}
+trait Real: device::Plain + Into<f64> {
+    /// Rounds to the nearest.
+    fn from_f64(v: f64) -> Self;
+}
 
-/// To common space and back, where all spaces are the same (ShaderGlobals in kernels/globals.h).
-fn identity<T: Real>() -> Vec<T> {
-    (0..32).map(|i| T::from(if i % 16 % 5 == 0 { 1.0 } else { 0.0 })).collect()
+impl Real for f32 {
+    fn from_f64(v: f64) -> f32 {
+        v as f32
+    }
+}
+
+impl Real for f64 {
+    fn from_f64(v: f64) -> f64 {
+        v
+    }
+}
+
+/// Numbers of the host as the device's.
+fn upload<T: Real>(device: &Device, name: &'static str, values: &[f64]) -> Result<device::Buffer, device::Error> {
+    device.upload(name, &values.iter().map(|v| T::from_f64(*v)).collect::<Vec<T>>())
 }
 
 /// The buffer that a kernel's messages go to (kernels/osl/records.h).
@@ -232,7 +236,8 @@ fn launch<T: Real>(
     let (width, height) = (u64::from(grid.width), u64::from(grid.height));
     let reals: u64 = shaded.planes.iter().map(|p| u64::from(p.channels)).sum();
     let band = (MAX_LAUNCH_REALS / (width * reals)).clamp(1, height);
-    let spaces = device.upload("spaces", &identity::<T>())?;
+    let spaces = upload::<T>(device, "spaces", &grid.spaces())?;
+    let patch = upload::<T>(device, "patch", &grid.patch().map(f64::from))?;
     let outputs = device.buffer("shade outputs", band * width * reals * size_of::<T>() as u64)?;
     let mut records = if artifact.sites.is_empty() { None } else { Some(Records::new(device, RECORD_WORDS)?) };
     let decoder = artifact.decoder([]);
@@ -247,6 +252,9 @@ fn launch<T: Real>(
             Arg::U32(count as u32),
             Arg::U32(grid.width),
             Arg::U32(grid.height),
+            Arg::U32(grid.flags()),
+            Arg::U32(grid.raytype),
+            Arg::Buffer(&patch),
             Arg::Buffer(&spaces),
             Arg::Buffer(&outputs),
         ];

@@ -119,7 +119,7 @@ fn text(cases: &[Case]) -> Result<(String, usize), Error> {
         "__kernel void grid(__global const real *points, __global const real *spaces, __global real *out)\n{{\n    \
          const size_t i = get_global_id(0);\n    __global const real *p = points + i * {RECORD};\n    ShaderGlobals sg;\n\
          {load}    sg.backfacing = (int)p[29];\n    sg.raytype = (int)p[30];\n    sg.object_space = spaces;\n    \
-         sg.camera_space = spaces + 32;\n    real values[{width}];\n{calls}    \
+         sg.shader_space = spaces + 32;\n    sg.camera_space = spaces + 64;\n    sg.other_spaces = 0;\n    real values[{width}];\n{calls}    \
          for (int k = 0; k < {width}; k++) out[i * {width} + k] = values[k];\n}}\n"
     );
     Ok((assemble::assemble("grid.cl", &text)?, width))
@@ -133,7 +133,7 @@ pub fn run(device: &Device, precision: Precision, cases: &[Case], points: &[Glob
     let kernel = program.kernel(device, "grid")?;
     let records: Vec<f64> = points.iter().flat_map(record).collect();
     let first = points.first().cloned().unwrap_or_default();
-    let spaces = [first.object_space, first.camera_space].map(|s| [s.to_common, s.from_common]);
+    let spaces = [first.object_space, first.shader_space, first.camera_space].map(|s| [s.to_common, s.from_common]);
     let spaces: Vec<f64> = spaces.into_iter().flatten().flatten().collect();
     let count = width * points.len();
     let local = if points.len().is_multiple_of(64) { 64 } else { 1 };

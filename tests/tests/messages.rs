@@ -16,7 +16,7 @@ fn run(source: &str, grid: (u32, u32), bindings: &[(&str, Binding)]) -> Shaded {
     let outputs = shade::default_outputs(master.info());
     let artifact = shade::compile(&master, &options, &outputs).unwrap_or_else(|e| panic!("{e}"));
     let device = Device::open(None).expect("a device");
-    let grid = Grid { width: grid.0, height: grid.1 };
+    let grid = Grid::new(grid.0, grid.1);
     shade::run(&device, &artifact, grid, Precision::Standard).unwrap_or_else(|e| panic!("{e}"))
 }
 

@@ -43,7 +43,7 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let artifact = shade::compile(&master, &options, &outputs).map_err(|failure| report::report(&failure))?;
     let device = Device::open(args.device.as_deref())?;
     let precision = args.precision.into();
-    let shaded = shade::run(&device, &artifact, Grid { width, height }, precision)?;
+    let shaded = shade::run(&device, &artifact, Grid::new(width, height), precision)?;
     let planes = shaded.planes;
     terminal::print_with(|out| say(out, &shaded.messages))?;
     if wanted.is_empty() {
