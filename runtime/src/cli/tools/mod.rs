@@ -7,6 +7,7 @@
 pub mod options;
 mod oslc;
 mod oslinfo;
+mod testshade;
 
 use super::{Error, terminal};
 use std::ffi::OsString;
@@ -16,8 +17,12 @@ use std::process::ExitCode;
 /// A tool's name and what runs it; `None`: its place is kept, but it is not built yet.
 type Tool = (&'static str, Option<fn(&[String]) -> Result<ExitCode, Error>>);
 
-const TOOLS: &[Tool] =
-    &[("oslc", Some(oslc::run)), ("oslinfo", Some(oslinfo::run)), ("testshade", None), ("testrender", None)];
+const TOOLS: &[Tool] = &[
+    ("oslc", Some(oslc::run)),
+    ("oslinfo", Some(oslinfo::run)),
+    ("testshade", Some(testshade::run)),
+    ("testrender", None),
+];
 
 /// Runs the tool that the arguments (with the program's own name first) ask for; `None` when they ask for none.
 pub fn dispatch(args: &[OsString]) -> Option<Result<ExitCode, Error>> {
