@@ -30,6 +30,9 @@ typedef struct {
     // Spaces: row-major 4x4 for row vectors, 32 reals each: to common, then from common. May be 0 when no shader asks.
     __global const real *object_space;
     __global const real *camera_space;
+#ifdef HAS_TEXTURES
+    __global const uint *textures; // all texture files (osl/texture_data.h)
+#endif
 } ShaderGlobals;
 
 #endif

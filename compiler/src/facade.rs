@@ -11,6 +11,7 @@ use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
+use crate::textures::TextureAccess;
 use crate::{check, interp, lower, parse, passes};
 use std::fmt;
 use std::sync::Arc;
@@ -59,6 +60,8 @@ pub struct Options {
     pub entry: Entry,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
+    pub textures: Option<TextureAccess>,
 }
 
 impl Default for Options {
@@ -70,6 +73,7 @@ impl Default for Options {
             bindings: Vec::new(),
             entry: Entry::Material,
             line_directives: false,
+            textures: None,
         }
     }
 }
@@ -254,7 +258,8 @@ impl Master {
                 Entry::Material => &[][..],
                 Entry::Grid(names) => names,
             };
-            let warnings = passes::optimise(&mut shader, &options.constants(), outputs)?;
+            let warnings =
+                passes::optimise_with(&mut shader, &options.constants(), outputs, options.textures.as_ref())?;
             let lines = options.line_directives.then_some(&*self.sources);
             let code = opencl_c::emit(&shader, &options.entry, lines)?;
             Ok((Artifact::new(&shader, code, self.info.clone()), warnings))
@@ -298,8 +303,12 @@ impl Master {
         let work = || {
             let Some(master) = &self.shader else { return Err(Vec::new()) };
             let mut shader = Shader::clone(master);
-            passes::optimise(&mut shader, &options.constants(), outputs)?;
-            points.iter().map(|globals| outcome(&shader, outputs, globals)).collect()
+            passes::optimise_with(&mut shader, &options.constants(), outputs, options.textures.as_ref())?;
+            let Some(textures) = &options.textures else {
+                return points.iter().map(|globals| outcome(&shader, outputs, globals)).collect();
+            };
+            let with = |g: &interp::Globals| interp::Globals { textures: Some(textures.clone()), ..g.clone() };
+            points.iter().map(|globals| outcome(&shader, outputs, &with(globals))).collect()
         };
         let sources = self.sources.clone();
         match on_large_stack(work) {

@@ -39,11 +39,14 @@ pub mod reflect;
 pub mod source;
 pub mod strings;
 pub mod suggest;
+pub mod textures;
 pub mod types;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
 pub use facade::{Binding, Entry, Failure, Master, NoIncludes, Options, Output, Values, check_only, compile, inspect};
+pub use passes::TextureUse;
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;
+pub use textures::{TextureAccess, Textures};

@@ -57,6 +57,8 @@ pub struct Globals {
     pub object_space: Space,
     /// The camera's space.
     pub camera_space: Space,
+    /// Who looks textures up.
+    pub textures: Option<crate::textures::TextureAccess>,
 }
 
 impl Globals {

@@ -14,6 +14,7 @@ mod expr;
 mod place;
 mod special;
 mod stmt;
+mod texture;
 
 use crate::check::Checked;
 use crate::check::typed::{self, FunctionId, VarId, VarKind};

@@ -97,6 +97,8 @@ impl Lower<'_> {
                 self.internal(row, arg_values(&values), ty, span)
             }
             "spline" | "splineinverse" => self.spline(name, args, e)?,
+            "texture" | "texture3d" | "environment" => self.texture(name, args, e)?,
+            "gettextureinfo" => return self.textureinfo(args, e),
             "raytype" => self.by_name("ray type", &args[0], &RAY_TYPES.map(|r| r.0), Ty::Int, true, |l, i| {
                 let bit = l.int(RAY_TYPES[i].1, span);
                 l.internal("raytype_bit", vec![Arg::Value(bit)], Ty::Int, span)
@@ -156,7 +158,7 @@ impl Lower<'_> {
 
     /// Chooses by a string: at once for a literal, else by comparisons in order. `what` names the kind of name. Unknown
     /// names give zero (`or_zero`), or are an error: at once for literals, else of the pass `review`.
-    fn by_name(
+    pub(super) fn by_name(
         &mut self,
         what: &str,
         name: &Expr,
@@ -510,7 +512,7 @@ impl Lower<'_> {
     }
 }
 
-fn arg_values(values: &[ValueId]) -> Vec<Arg> {
+pub(super) fn arg_values(values: &[ValueId]) -> Vec<Arg> {
     values.iter().map(|v| Arg::Value(*v)).collect()
 }
 
