@@ -14,4 +14,5 @@ pub mod programs;
 pub mod render;
 pub mod scene;
 pub mod shade;
+pub mod textures;
 pub mod wavefront;
