@@ -197,11 +197,13 @@ pub static TABLE: &[Row] = &[
     row("displace", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
     row("bump", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
     // Strings.
-    row("printf", &["void(string,...)"], Host),
+    row("printf", &["void(string,...)"], Special),
     row("format", &["string(string,...)"], Host),
-    row("error", &["void(string,...)"], Host),
-    row("warning", &["void(string,...)"], Host),
-    row("fprintf", &["void(string,string,...)"], Host),
+    row("error", &["void(string,...)"], Special),
+    row("warning", &["void(string,...)"], Special),
+    row("fprintf", &["void(string,string,...)"], Special),
+    // Kind (`messages::code`), the file's or the shader's name, the format, the values.
+    row("print", &["void(int,string,string,...)"], InternalEffect),
     row("concat", &["string(string,string,...)"], Host),
     row("strlen", &["int(string)"], Host),
     row("startswith", &["int(string,string)"], Host),

@@ -191,7 +191,7 @@ pub fn sources(componentwise: bool) -> Vec<(String, String)> {
                 // Spelt out below; the others (rays, array lengths) are in the corpus.
                 _ => {}
             },
-            Lowering::Internal | Lowering::InternalState | Lowering::NotYet => {}
+            Lowering::Internal | Lowering::InternalState | Lowering::InternalEffect | Lowering::NotYet => {}
             // These never reach a device.
             Lowering::Host | Lowering::InternalHost => {}
         }
