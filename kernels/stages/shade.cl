@@ -79,7 +79,7 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
     sg.records = records;
     sg.point = first_row * width + i;
 #endif
-    real values[SHADE_REALS];
+    real values[SHADE_REALS + 1];  // never none
     SHADE_ENTRY(&sg, values);
     for (int k = 0; k < SHADE_REALS; k++) outputs[(size_t)i * SHADE_REALS + k] = values[k];
 }

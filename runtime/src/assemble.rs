@@ -50,6 +50,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/matrix.h",
     "osl/noise.h",
     "osl/noise_cell.h",
+    "osl/noise_gabor.h",
     "osl/noise_hash.h",
     "osl/noise_perlin.h",
     "osl/noise_perlin_d.h",

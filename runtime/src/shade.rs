@@ -144,7 +144,7 @@ pub fn run(device: &Device, artifact: &Artifact, grid: Grid, precision: Precisio
 fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
     let reals: u64 = artifact.outputs.iter().map(|o| u64::from(o.reals)).sum();
     let points = u64::from(grid.width) * u64::from(grid.height);
-    if reals == 0 || points == 0 {
+    if points == 0 || (reals == 0 && artifact.sites.is_empty()) {
         return Err(Error::Empty);
     }
     let mut planes = Vec::new();
@@ -235,10 +235,11 @@ fn launch<T: Real>(
     let kernel = program.kernel(device, "shade")?;
     let (width, height) = (u64::from(grid.width), u64::from(grid.height));
     let reals: u64 = shaded.planes.iter().map(|p| u64::from(p.channels)).sum();
-    let band = (MAX_LAUNCH_REALS / (width * reals)).clamp(1, height);
+    // A shader without outputs still says something.
+    let band = (MAX_LAUNCH_REALS / (width * reals.max(1))).clamp(1, height);
     let spaces = upload::<T>(device, "spaces", &grid.spaces())?;
     let patch = upload::<T>(device, "patch", &grid.patch().map(f64::from))?;
-    let outputs = device.buffer("shade outputs", band * width * reals * size_of::<T>() as u64)?;
+    let outputs = device.buffer("shade outputs", band * width * reals.max(1) * size_of::<T>() as u64)?;
     let mut records = if artifact.sites.is_empty() { None } else { Some(Records::new(device, RECORD_WORDS)?) };
     let decoder = artifact.decoder([]);
     let mut row = 0;
@@ -268,7 +269,7 @@ fn launch<T: Real>(
             }
         }
         let values: Vec<T> = device.read(&outputs, (count * reals) as usize)?;
-        for point in values.chunks_exact(reals as usize) {
+        for point in values.chunks_exact(reals.max(1) as usize) {
             let mut rest = point;
             for plane in &mut shaded.planes {
                 let (mine, others) = rest.split_at(plane.channels as usize);

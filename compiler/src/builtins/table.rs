@@ -147,10 +147,12 @@ pub static TABLE: &[Row] = &[
     row("noise_hash", NOISE_KIND, Internal),
     row("noise_simplex", NOISE_KIND, Internal),
     row("noise_usimplex", NOISE_KIND, Internal),
+    row("noise_gabor", GABOR_KIND, Internal),
     row("pnoise_perlin", PNOISE_KIND, Internal),
     row("pnoise_uperlin", PNOISE_KIND, Internal),
     row("pnoise_cell", PNOISE_KIND, Internal),
     row("pnoise_hash", PNOISE_KIND, Internal),
+    row("pnoise_gabor", PGABOR_KIND, Internal),
     row(
         "hash",
         &["int(int)", "int(float)", "int(float,float)", "int(point)", "int(point,float)", "int(string)"],
@@ -443,6 +445,18 @@ const TEXTURE3D: &[&str] =
 const ENVIRONMENT: &[&str] = &[
     "float(string,vector,vector,vector,int,int,int,string,float,float,float,float,float,vector)",
     "vector(string,vector,vector,vector,int,int,int,string,float,float,float,float,float,vector)",
+];
+
+/// Point, its differences between pixels along x and y; anisotropic, direction, bandwidth, impulses, do_filter.
+const GABOR_KIND: &[&str] = &[
+    "float(vector,vector,vector,int,vector,float,float,int)",
+    "vector(vector,vector,vector,int,vector,float,float,int)",
+];
+
+/// The same with the period after the differences.
+const PGABOR_KIND: &[&str] = &[
+    "float(vector,vector,vector,vector,int,vector,float,float,int)",
+    "vector(vector,vector,vector,vector,int,vector,float,float,int)",
 ];
 
 /// One basis: position, knots.

@@ -11,6 +11,7 @@ mod geometric;
 mod hash;
 mod math;
 mod noise;
+mod noise_gabor;
 mod noise_gradient;
 mod noise_simplex;
 pub mod ops;

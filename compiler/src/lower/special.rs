@@ -13,29 +13,6 @@ use crate::messages::code;
 use crate::source::Span;
 use crate::types::{Base, Type};
 
-/// Noise kinds by name, with the suffix of their rows.
-const NOISE_KINDS: [(&str, &str); 9] = [
-    ("uperlin", "uperlin"),
-    ("noise", "uperlin"),
-    ("perlin", "perlin"),
-    ("snoise", "perlin"),
-    ("cell", "cell"),
-    ("hash", "hash"),
-    ("simplex", "simplex"),
-    ("usimplex", "usimplex"),
-    ("cellnoise", "cell"),
-];
-
-const PERIODIC_KINDS: [(&str, &str); 7] = [
-    ("uperlin", "uperlin"),
-    ("noise", "uperlin"),
-    ("perlin", "perlin"),
-    ("snoise", "perlin"),
-    ("cell", "cell"),
-    ("cellnoise", "cell"),
-    ("hash", "hash"),
-];
-
 const SPLINES: [(&str, &str); 6] = [
     ("catmull-rom", "catmullrom"),
     ("bezier", "bezier"),
@@ -251,7 +228,7 @@ impl Lower<'_> {
         self.push(Stmt::If(same, then, rest));
     }
 
-    fn zero_of(&mut self, ty: Ty, span: Span) -> ValueId {
+    pub(super) fn zero_of(&mut self, ty: Ty, span: Span) -> ValueId {
         let base = match ty {
             Ty::Int => Base::Int,
             Ty::Float => Base::Float,
@@ -387,32 +364,6 @@ impl Lower<'_> {
             value = self.color_step(value, from, true);
         }
         self.color_step(value, to, false)
-    }
-
-    /// `noise(x)` and `noise("kind", x, options...)`.
-    fn named_noise(&mut self, name: &str, args: &[Expr], e: &Expr) -> ValueId {
-        let Some(kind) = args.first().filter(|a| a.ty == Type::STRING) else {
-            return self.noise_of(&format!("{name}_uperlin"), args, e);
-        };
-        if matches!(&kind.kind, ExprKind::Str(s) if s == "gabor") {
-            self.error(Diagnostic::not_yet("E3003", kind.span, "noise kind \"gabor\""));
-            return self.zero(e.ty, e.span);
-        }
-        // Options start with the first string behind the coordinates; only gabor reads any.
-        let coords: Vec<&Expr> = args[1..].iter().take_while(|a| a.ty != Type::STRING).collect();
-        let kinds: &[(&str, &str)] = if name == "noise" { &NOISE_KINDS } else { &PERIODIC_KINDS };
-        let values: Vec<ValueId> = coords.iter().map(|c| self.expr(c)).collect();
-        let names: Vec<&str> = kinds.iter().map(|k| k.0).collect();
-        let ty = ir_type(e.ty.base);
-        let span = e.span;
-        self.by_name("noise kind", kind, &names, ty, false, |l, i| {
-            l.internal(&format!("{name}_{}", kinds[i].1), arg_values(&values), ty, span)
-        })
-    }
-
-    fn noise_of(&mut self, row: &str, args: &[Expr], e: &Expr) -> ValueId {
-        let values = self.values(args);
-        self.internal(row, arg_values(&values), ir_type(e.ty.base), e.span)
     }
 
     /// `spline(basis, x, knots[])`, `(basis, x, n, knots[])` or `(basis, x, y0, y1, ...)`.

@@ -5,6 +5,7 @@
 
 mod args;
 mod build;
+mod said;
 
 use super::super::{Error, report, terminal};
 use args::Args;
@@ -95,19 +96,44 @@ fn shade(args: &Args, group: &Group, outputs: &[(String, String)]) -> Result<(),
     let options = Options { entry: oslcl_compiler::Entry::Grid(names), ..Options::default() };
     let output = group.instance(&options).map_err(|failure| report::report(&failure))?;
     report::show(&output.sources, &output.warnings);
-    if outputs.is_empty() {
+    if outputs.is_empty() && output.artifact.sites.is_empty() {
         return Ok(());
     }
     let device = Device::open(args.device.as_deref())?;
-    let [width, height] = args.grid;
-    let planes = shade::run(&device, &output.artifact, Grid { width, height }, Precision::Standard)?;
+    let shaded = shade::run(&device, &output.artifact, grid(args), Precision::Standard)?;
+    let planes = shaded.planes;
     if args.print {
-        return terminal::print(&values(&planes));
+        terminal::print(&values(&planes))?;
+    }
+    said::say(args, &shaded.messages)?;
+    if args.print {
+        return Ok(());
     }
     for (plane, (_, file)) in planes.iter().zip(outputs).filter(|(_, (_, file))| file != "null") {
         raster::write(Path::new(file), &picture(plane), args.depth)?;
     }
     Ok(())
+}
+
+/// Ray types by name, with their bits in `ShaderGlobals.raytype` (kernels/globals.h).
+const RAY_TYPES: [(&str, u32); 6] =
+    [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
+
+/// The points.
+fn grid(args: &Args) -> Grid {
+    let [width, height] = args.grid;
+    let [vary_pdxdy, vary_udxdy, vary_vdxdy] = args.vary;
+    Grid {
+        center: args.center,
+        vary_pdxdy,
+        vary_udxdy,
+        vary_vdxdy,
+        scale_uv: args.scale.map(|x| x as f32),
+        offset_uv: args.offset.map(|x| x as f32),
+        // As in the reference's tool, an unknown type is none.
+        raytype: RAY_TYPES.iter().find(|(name, _)| *name == args.raytype).map_or(0, |(_, bit)| *bit),
+        ..Grid::new(width, height)
+    }
 }
 
 /// The values of all outputs, point by point.
