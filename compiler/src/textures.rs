@@ -14,7 +14,7 @@ pub const WRAPS: [&str; 7] =
 pub const INTERPS: [&str; 4] = ["smartcubic", "cubic", "linear", "closest"];
 
 /// Bits of a lookup's mode: 3 for each wrap (s, t, r), 2 for the interpolation, 1 for whether a colour stands in for a
-/// missing file.
+/// missing file, 1 for whether the shader asks for the message.
 pub const MODE_T: i32 = 1 << 3;
 /// As [`MODE_T`], of the third axis.
 pub const MODE_R: i32 = 1 << 6;
@@ -22,6 +22,8 @@ pub const MODE_R: i32 = 1 << 6;
 pub const MODE_INTERP: i32 = 1 << 9;
 /// As [`MODE_T`], of the colour for a missing file.
 pub const MODE_MISSING: i32 = 1 << 11;
+/// Set where the shader asks for the message of a missing file, so that nobody else needs to say it.
+pub const MODE_QUIET: i32 = 1 << 12;
 
 /// How a file is looked up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]

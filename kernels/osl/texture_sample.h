@@ -137,13 +137,13 @@ static inline void texture_cubic(const Texture *x, int level, real s, real t, re
 static inline void texture_sample(const Texture *x, int interp, int level, real s, real t, real weight, int poles,
                                   TextureSum *sum)
 {
-#ifndef TEXTURE_NO_CLOSEST
+#ifdef HAS_TEXTURE_CLOSEST
     if (interp == INTERP_CLOSEST) {
         texture_closest(x, level, s, t, weight, sum);
         return;
     }
 #endif
-#ifndef TEXTURE_NO_CUBIC
+#ifdef HAS_TEXTURE_CUBIC
     if (interp == INTERP_CUBIC) {
         texture_cubic(x, level, s, t, weight, poles, sum);
         return;

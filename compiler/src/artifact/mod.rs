@@ -9,8 +9,8 @@ pub use effects::{Radiance, State};
 
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
-use crate::passes::{self, TextureUse};
 use crate::messages::{Decoder, Site};
+use crate::passes::{self, TextureUse};
 use crate::reflect::ShaderInfo;
 use serde::Serialize;
 

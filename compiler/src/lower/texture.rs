@@ -14,7 +14,7 @@ use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, Stmt, Ty, ValueId};
 use crate::source::Span;
 use crate::suggest;
-use crate::textures::{INTERPS, MODE_INTERP, MODE_MISSING, MODE_R, MODE_T, WRAPS};
+use crate::textures::{INTERPS, MODE_INTERP, MODE_MISSING, MODE_QUIET, MODE_R, MODE_T, WRAPS};
 use crate::types::{Base, Type};
 
 /// Names of the options.
@@ -344,7 +344,8 @@ impl<'a> Lower<'a> {
     /// The mode of a call: one number, a constant where its parts are.
     fn texture_mode(&mut self, o: &Options<'_>, span: Span) -> ValueId {
         let has_missing = o.missing_color.is_some() || o.missing_alpha.is_some();
-        let mut mode = self.int(if has_missing { MODE_MISSING } else { 0 }, span);
+        let flag = |set: bool, bit: i32| if set { bit } else { 0 };
+        let mut mode = self.int(flag(has_missing, MODE_MISSING) + flag(o.message.is_some(), MODE_QUIET), span);
         let parts = [(o.wraps[0], 1), (o.wraps[1], MODE_T), (o.wraps[2], MODE_R), (o.interp, MODE_INTERP)];
         for (value, weight) in parts {
             let Some(value) = value else { continue };

@@ -26,6 +26,8 @@ pub struct TextureUse {
     pub channels: Option<u32>,
     /// Interpolations that occur, by name, sorted.
     pub interps: Vec<&'static str>,
+    /// Some lookup neither says what stands in for a missing file nor asks for the message.
+    pub must_exist: bool,
 }
 
 /// Whether a built-in is a lookup, and of which kind.
@@ -74,14 +76,16 @@ pub fn textures(shader: &Shader) -> Result<Vec<TextureUse>, Vec<Diagnostic>> {
             continue;
         };
         let Inst::Call(_, args) = &value.inst else { continue };
-        let (interps, channels) = details(shader, func, args, value.ty);
+        let (interps, channels, must_exist) = details(shader, func, args, value.ty);
         for file in files {
             let entry = found.entry(file.clone()).or_insert_with(|| TextureUse {
                 file,
                 kinds: Vec::new(),
                 channels: Some(0),
                 interps: Vec::new(),
+                must_exist: false,
             });
+            entry.must_exist |= must_exist;
             entry.kinds.push(kind);
             entry.kinds.sort();
             entry.kinds.dedup();
@@ -100,10 +104,10 @@ fn unknown(span: Span) -> Diagnostic {
         .help("choose among constants, by parameters or conditions")
 }
 
-/// Interpolations and the number of channels, as far as constants tell.
-fn details(shader: &Shader, func: builtins::FuncId, args: &[Arg], ty: Ty) -> (Vec<&'static str>, Option<u32>) {
-    use crate::textures::{INTERPS, MODE_INTERP};
-    let Some(at) = mode_place(func) else { return (Vec::new(), Some(0)) };
+/// Interpolations, the number of channels and whether the file must be there, as far as constants tell.
+fn details(shader: &Shader, func: builtins::FuncId, args: &[Arg], ty: Ty) -> (Vec<&'static str>, Option<u32>, bool) {
+    use crate::textures::{INTERPS, MODE_INTERP, MODE_MISSING, MODE_QUIET};
+    let Some(at) = mode_place(func) else { return (Vec::new(), Some(0), false) };
     let constant = |i: usize| match args.get(i) {
         Some(Arg::Value(v)) => match &shader.values[v.0 as usize].inst {
             Inst::Const(Const::Int(n)) => Some(*n),
@@ -116,7 +120,8 @@ fn details(shader: &Shader, func: builtins::FuncId, args: &[Arg], ty: Ty) -> (Ve
         None => INTERPS.to_vec(),
     };
     let width = if ty == Ty::Triple { 3 } else { 1 };
-    (interps, constant(at + 1).map(|first| first.max(0) as u32 + width))
+    let must_exist = constant(at).is_some_and(|mode| mode & (MODE_MISSING | MODE_QUIET) == 0);
+    (interps, constant(at + 1).map(|first| (first.max(0) as u32).saturating_add(width)), must_exist)
 }
 
 /// Replaces every `textureinfo` call by its answer.

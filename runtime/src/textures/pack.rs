@@ -1,6 +1,6 @@
 //! Lays texture files out in one device buffer, as kernels/osl/texture_data.h reads it.
 //!
-//! In: the names that shaders can ask for. Out: words, and the macros that say which kinds of samples are in use.
+//! In: the names that shaders can ask for. Out: words; the macros that say which kinds of samples are in use.
 
 use super::{Entry, Library, Picture, Subimage, Texels, no_subimage, no_tile};
 use oslcl_compiler::TextureUse;
@@ -52,20 +52,15 @@ pub struct Packed {
     pub largest: Option<(String, u64)>,
 }
 
-/// The macros of a program that looks textures up: HAS_TEXTURES, and TEXTURE_NO_... for what is not in use.
+/// The macros of a program that looks textures up, as the plan's effects name them.
 pub fn macros(uses: &[TextureUse]) -> Vec<String> {
-    if uses.is_empty() {
-        return Vec::new();
-    }
     let has = |names: &[&str]| uses.iter().any(|u| u.interps.iter().any(|i| names.contains(i)));
-    let mut out = vec!["HAS_TEXTURES".to_owned()];
-    if !has(&["cubic", "smartcubic"]) {
-        out.push("TEXTURE_NO_CUBIC".to_owned());
-    }
-    if !has(&["closest"]) {
-        out.push("TEXTURE_NO_CLOSEST".to_owned());
-    }
-    out
+    let all = [
+        ("HAS_TEXTURES", !uses.is_empty()),
+        ("HAS_TEXTURE_CUBIC", has(&["cubic", "smartcubic"])),
+        ("HAS_TEXTURE_CLOSEST", has(&["closest"])),
+    ];
+    all.into_iter().filter(|(_, on)| *on).map(|(name, _)| name.to_owned()).collect()
 }
 
 /// Packs the named files, each once.
