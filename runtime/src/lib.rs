@@ -17,5 +17,6 @@ pub mod render;
 pub mod scene;
 pub mod shade;
 pub mod shader_file;
+pub mod textures;
 pub mod told;
 pub mod wavefront;
