@@ -8,7 +8,6 @@ use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
 use oslcl_compiler::{Binding, Bound, Connection, Group, Hints, Layer, Master, Options};
 use oslcl_runtime::shader_file;
-use oslcl_runtime::shader_file;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
