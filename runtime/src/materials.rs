@@ -80,6 +80,13 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
                 let plain =
                     |d: &Diagnostic| oslcl_compiler::diag::render_plain(&output.sources, std::slice::from_ref(d));
                 compiled.warnings.extend(output.warnings.iter().map(plain));
+                if !output.artifact.volumes.is_empty() {
+                    let volumes = output.artifact.volumes.join(", ");
+                    let name = &material.name;
+                    compiled.warnings.push(format!(
+                        "warning: material `{name}`: media are not simulated yet, light passes as through a vacuum ({volumes})\n"
+                    ));
+                }
                 Some(output.artifact)
             }
             Some(Err(failure)) => {

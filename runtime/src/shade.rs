@@ -154,8 +154,9 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
 /// The shader's text with the kernel behind it.
 fn program(artifact: &Artifact) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
+    let lobes: String = artifact.lobes.iter().map(|l| format!("#define HAS_LOBE_{}\n", l.to_uppercase())).collect();
     let text = format!(
-        "{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
+        "{lobes}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
         artifact.code, artifact.entry
     );
     Ok(assemble::assemble(&format!("{}.cl", artifact.entry), &text)?)
