@@ -4,7 +4,7 @@ CARGO ?= cargo
 OSLCL := target/release/oslcl
 OUT := out
 
-.PHONY: help render test build device lint clean
+.PHONY: help render test osl-suite build device lint clean
 
 help: ## List the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -15,6 +15,9 @@ render: device ## Build, then render the gallery of shipped materials to out/gal
 
 test: lint device ## Format, lints, documentation and every test
 	$(CARGO) test --release --workspace --no-fail-fast
+
+osl-suite: device ## Run the reference implementation's suite (a checkout that OSL_SUITE_DIR names) and write its report
+	python3 tests/osl-suite/run.py --oslcl $(OSLCL) --quiet --report docs/reports/osl-suite.md
 
 build: ## Build the oslcl command
 	$(CARGO) build --release --package oslcl-runtime

@@ -32,6 +32,7 @@ mod facade;
 pub mod interp;
 pub mod ir;
 pub mod lower;
+pub mod messages;
 pub mod parse;
 pub mod passes;
 pub mod preprocess;
@@ -39,11 +40,16 @@ pub mod reflect;
 pub mod source;
 pub mod strings;
 pub mod suggest;
+pub mod text;
 pub mod types;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
-pub use facade::{Binding, Entry, Failure, Master, NoIncludes, Options, Output, Values, check_only, compile, inspect};
+pub use facade::{
+    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Output, Values,
+    check_only, compile, inspect,
+};
+pub use interp::{Globals, Space};
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;

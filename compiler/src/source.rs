@@ -79,6 +79,19 @@ impl SourceMap {
         id
     }
 
+    /// Adds all files of another map; their handles grow by what is returned.
+    pub fn append(&mut self, other: &SourceMap) -> u32 {
+        let by = self.files.len() as u32;
+        for file in &other.files {
+            let mut file = file.clone();
+            if let Some(span) = &mut file.included_at {
+                span.file.0 += by;
+            }
+            self.files.push(file);
+        }
+        by
+    }
+
     /// The `#include`s that lead to a place, innermost first.
     pub fn includers(&self, span: Span) -> impl Iterator<Item = Span> {
         std::iter::successors(self.file(span.file).included_at, |s| self.file(s.file).included_at)

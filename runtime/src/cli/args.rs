@@ -39,6 +39,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Run a shader over a grid of points and write its output parameters.
     Shade(ShadeArgs),
+    /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
+    InstallTools(InstallToolsArgs),
 }
 
 /// How exact the arithmetic is.
@@ -158,10 +160,26 @@ pub struct PlanArgs {
 /// Arguments of `oslcl compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// The picture (.exr).
+    /// The picture (.exr; with limits also .tif and .png).
     pub picture: PathBuf,
-    /// The reference (.exr), of the same size.
+    /// The reference, of the same size.
     pub reference: PathBuf,
+    /// Limit: a value that is off by more than this makes its pixel a failure. With any limit, all channels are compared
+    /// value by value, and the exit code is 1 when a limit is broken.
+    #[arg(long, value_name = "DIFFERENCE")]
+    pub fail: Option<f64>,
+    /// Limit: only differences beyond this part of the value count.
+    #[arg(long, value_name = "PART")]
+    pub fail_relative: Option<f64>,
+    /// Limit: pixels that may fail, in percent.
+    #[arg(long, value_name = "PERCENT")]
+    pub fail_percent: Option<f64>,
+    /// Limit: this many pixels may fail in any case.
+    #[arg(long, value_name = "PIXELS")]
+    pub allow_failures: Option<usize>,
+    /// Limit: no value at all may be off by more than this.
+    #[arg(long, value_name = "DIFFERENCE")]
+    pub hard_fail: Option<f64>,
 }
 
 /// Arguments of `oslcl shade`.
@@ -188,6 +206,14 @@ pub struct ShadeArgs {
     /// Includes and macros.
     #[command(flatten)]
     pub source: SourceArgs,
+}
+
+/// Arguments of `oslcl install-tools`.
+#[derive(Debug, Args)]
+pub struct InstallToolsArgs {
+    /// The folder for the links; it is made when missing.
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {

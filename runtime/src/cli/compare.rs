@@ -3,11 +3,14 @@
 use super::args::CompareArgs;
 use super::{Error, terminal};
 use oslcl_runtime::film::compare::{mean, relative_mse, worst_tile};
-use oslcl_runtime::film::read_exr;
+use oslcl_runtime::film::{raster, read_exr};
 use std::fmt::Write;
 
-/// Reads both and prints means and errors.
+/// Reads both and prints means and errors, or with limits whether they hold.
 pub fn run(args: &CompareArgs) -> Result<(), Error> {
+    if let Some(limits) = limits(args) {
+        return within(args, &limits);
+    }
     let (picture, reference) = (read_exr(&args.picture)?, read_exr(&args.reference)?);
     let (Some(error), Some(tile)) = (relative_mse(&picture, &reference), worst_tile(&picture, &reference)) else {
         return Err(Error::Compare(format!(
@@ -29,4 +32,38 @@ pub fn run(args: &CompareArgs) -> Result<(), Error> {
     let _ = writeln!(out, "relative MSE  {error:.6}");
     let _ = writeln!(out, "worst tile    {:.3} % of 32 x 32 pixels from ({}, {})", 100.0 * tile.error, tile.x, tile.y);
     terminal::print(&out)
+}
+
+/// The limits that were asked for; what is left out of them limits nothing.
+fn limits(args: &CompareArgs) -> Option<raster::Limits> {
+    let CompareArgs { fail, fail_relative, fail_percent, allow_failures, hard_fail, .. } = *args;
+    let any = [fail, fail_relative, fail_percent, hard_fail].iter().any(Option::is_some) || allow_failures.is_some();
+    any.then(|| raster::Limits {
+        fail: fail.unwrap_or(0.0),
+        relative: fail_relative.unwrap_or(0.0),
+        percent: fail_percent.unwrap_or(0.0),
+        allowed: allow_failures.unwrap_or(0),
+        hard: hard_fail.unwrap_or(f64::INFINITY),
+    })
+}
+
+/// Compares value by value.
+fn within(args: &CompareArgs, limits: &raster::Limits) -> Result<(), Error> {
+    let (picture, reference) = (raster::read(&args.picture)?, raster::read(&args.reference)?);
+    let Some(found) = raster::differences(&picture, &reference, limits) else {
+        let shape = |r: &raster::Raster| format!("{} x {} pixels of {} channels", r.width, r.height, r.channels);
+        return Err(Error::Compare(format!(
+            "the pictures differ in shape: {} has {}, {} has {}",
+            args.picture.display(),
+            shape(&picture),
+            args.reference.display(),
+            shape(&reference)
+        )));
+    };
+    let percent = 100.0 * found.pixels as f64 / (picture.width * picture.height).max(1) as f64;
+    terminal::print(&format!(
+        "failing pixels      {} ({percent:.3} %)\nlargest difference  {:.6}\nmean difference     {:.6}\n",
+        found.pixels, found.largest, found.mean
+    ))?;
+    if found.within { Ok(()) } else { Err(Error::Compare("the pictures differ by more than the limits".to_owned())) }
 }

@@ -3,6 +3,7 @@
 //! In: pixels. Out: files that are replaced as a whole or not at all. It must not know scenes, devices or how pixels came.
 
 pub mod compare;
+pub mod raster;
 
 use crate::files;
 use std::io::Cursor;
@@ -27,10 +28,12 @@ pub struct Picture {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file's name doesn't tell its format.
-    #[error("{}: a picture's name must end in .exr or .png", path.display())]
+    #[error("{}: a picture's name must end in {known}", path.display())]
     UnknownExtension {
         /// The file.
         path: PathBuf,
+        /// The extensions that it may have.
+        known: &'static str,
     },
     /// The file's folder is not there.
     #[error("{}: there is no folder {}", path.display(), folder.display())]
@@ -165,7 +168,7 @@ fn format(path: &Path) -> Result<Format, Error> {
     match extension.to_ascii_lowercase().as_str() {
         "exr" => Ok(Format::Exr),
         "png" => Ok(Format::Png),
-        _ => Err(Error::UnknownExtension { path: path.to_path_buf() }),
+        _ => Err(Error::UnknownExtension { path: path.to_path_buf(), known: ".exr or .png" }),
     }
 }
 

@@ -4,18 +4,21 @@
 //! their diagnostics point into. Work runs on a thread of its own whose stack is large enough for the deepest input that
 //! the parser accepts. It must not know files, the environment or time.
 
+mod group;
+
 use crate::artifact::Artifact;
-use crate::backend::opencl_c;
 use crate::diag::{self, Diagnostic};
 use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
-use crate::{check, interp, lower, parse, passes};
+use crate::{check, interp, lower, parse};
 use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
+pub use crate::passes::link::{Connection, Hints};
+pub use group::{Bound, Group, Layer};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,12 +77,6 @@ impl Default for Options {
     }
 }
 
-impl Options {
-    fn constants(&self) -> Vec<(String, Const)> {
-        self.bindings.iter().map(|(name, value)| (name.clone(), value.constant())).collect()
-    }
-}
-
 /// A compiled shader and what was said on the way.
 #[derive(Clone, Debug)]
 pub struct Output {
@@ -117,7 +114,7 @@ impl Includes for NoIncludes {
 }
 
 /// Headers that come with the compiler.
-const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../shaders-osl/stdosl.h"))];
+const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../../shaders-osl/stdosl.h"))];
 
 /// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
 /// headers can be replaced by files of the same name.
@@ -247,28 +244,7 @@ impl Master {
 
     /// Binds parameters, optimises, and writes code. Uses the options' `bindings`, `entry` and `line_directives`.
     pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
-        let work = || {
-            let Some(master) = &self.shader else { return Err(Vec::new()) };
-            let mut shader = Shader::clone(master);
-            let outputs = match &options.entry {
-                Entry::Material => &[][..],
-                Entry::Grid(names) => names,
-            };
-            let warnings = passes::optimise(&mut shader, &options.constants(), outputs)?;
-            let lines = options.line_directives.then_some(&*self.sources);
-            let code = opencl_c::emit(&shader, &options.entry, lines)?;
-            Ok((Artifact::new(&shader, code, self.info.clone()), warnings))
-        };
-        let sources = self.sources.clone();
-        match on_large_stack(work) {
-            Ok(Ok((artifact, later))) => {
-                let mut warnings = self.warnings.clone();
-                warnings.extend(tell(&sources, &self.nowarn, later));
-                Ok(Output { artifact, warnings, sources })
-            }
-            Ok(Err(list)) => Err(Failure { diagnostics: tell(&sources, &self.nowarn, list), sources }),
-            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
-        }
+        group::Parts::one(self, options).instance(options)
     }
 }
 
@@ -295,53 +271,8 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        let work = || {
-            let Some(master) = &self.shader else { return Err(Vec::new()) };
-            let mut shader = Shader::clone(master);
-            passes::optimise(&mut shader, &options.constants(), outputs)?;
-            points.iter().map(|globals| outcome(&shader, outputs, globals)).collect()
-        };
-        let sources = self.sources.clone();
-        match on_large_stack(work) {
-            Ok(Ok(values)) => Ok(values),
-            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
-            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
-        }
+        group::Parts::one(self, options).evaluate_all(outputs, points)
     }
-}
-
-/// The named outputs of one run.
-fn outcome(shader: &Shader, outputs: &[String], globals: &interp::Globals) -> Result<Values, Vec<Diagnostic>> {
-    let outcome = interp::run(shader, globals).map_err(|e| vec![Diagnostic::global("E4297", e.to_string())])?;
-    let mut values = Vec::with_capacity(outputs.len());
-    for name in outputs {
-        let mut reals = Vec::new();
-        if name == "Ci" {
-            reals.extend(outcome.ci());
-        } else {
-            let param = shader.params.iter().find(|p| p.output && p.name == *name);
-            let value = param.and_then(|p| outcome.local(p.local));
-            if !value.is_some_and(|c| flatten(c, &mut reals)) {
-                let message = format!("shader `{}` has no output parameter `{name}` of numbers", shader.name);
-                return Err(vec![Diagnostic::global("E4203", message)]);
-            }
-        }
-        values.push((name.clone(), reals));
-    }
-    Ok(values)
-}
-
-/// The reals that a constant is made of; false when it holds strings.
-fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
-    match c {
-        Const::Int(v) => out.push(f64::from(*v)),
-        Const::Float(v) => out.push(*v),
-        Const::Triple(v) => out.extend(v),
-        Const::Matrix(m) => out.extend(m),
-        Const::Str(_) => return false,
-        Const::Array(items) => return items.iter().all(|c| flatten(c, out)),
-    }
-    true
 }
 
 /// Compiles a source to an artifact.
