@@ -94,7 +94,7 @@ pub struct Output {
 /// Why there is no result: at least one error.
 #[derive(Clone, Debug, thiserror::Error)]
 pub struct Failure {
-    /// Errors.
+    /// Errors, and the warnings said on the way.
     pub diagnostics: Vec<Diagnostic>,
     /// What they point into.
     pub sources: Arc<SourceMap>,
@@ -194,16 +194,42 @@ impl Drop for Master {
 /// What the front half yields: the IR, the reflection, the warnings.
 type Front = Result<(Shader, ShaderInfo, Vec<Diagnostic>, Silenced), Vec<Diagnostic>>;
 
+/// Parses, checks and lowers. After syntax errors the checker looks at what could be read.
+fn tree(pre: &preprocess::Preprocessed) -> Result<(check::Checked, Shader), Vec<Diagnostic>> {
+    let parse::Parsed { file, errors } = parse::recover(pre);
+    if errors.is_empty() {
+        let checked = check::check(&file)?;
+        let shader = lower::lower(&checked).map_err(|errors| [errors, checked.warnings.clone()].concat())?;
+        return Ok((checked, shader));
+    }
+    let mut all = errors;
+    if !file.items.is_empty()
+        && let Err(found) = check::check(&file)
+    {
+        // What is missing may have stood where nothing could be read.
+        all.extend(found.into_iter().filter(|d| !matches!(d.code, "E2009" | "E2013" | "E2015" | "W2007")));
+    }
+    Err(all)
+}
+
 fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
     let settings = preprocess::Options {
         defines: options.defines.clone(),
         undefines: options.undefines.clone(),
         ..preprocess::Options::default()
     };
-    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
-    let file = parse::parse(&pre)?;
-    let checked = check::check(&file)?;
-    let shader = lower::lower(&checked)?;
+    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
+        .map_err(|list| tell(sources, &Silenced::new(), list))?;
+    let (checked, shader) = match tree(&pre) {
+        Ok(done) => done,
+        Err(found) => {
+            // What was said before belongs to the errors too.
+            let mut all = tell(sources, &Silenced::new(), pre.warnings);
+            all.extend(tell(sources, &pre.nowarn, found));
+            all.sort_by_key(|d| d.labels.first().map(|l| (l.span.file, l.span.start)));
+            return Err(all);
+        }
+    };
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
     warnings.extend(tell(sources, &pre.nowarn, checked.warnings));
@@ -226,7 +252,7 @@ impl Master {
             Ok((shader, info, warnings, nowarn)) => {
                 Ok(Master { shader: Some(shader), info, warnings, nowarn, sources })
             }
-            Err(list) => Err(Failure { diagnostics: tell(&sources, &Silenced::new(), list), sources }),
+            Err(diagnostics) => Err(Failure { diagnostics, sources }),
         }
     }
 

@@ -21,6 +21,7 @@ mod stmt;
 pub mod typed;
 
 use crate::ast;
+use crate::builtins::{self, sig};
 use crate::diag::Diagnostic;
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, Span};
@@ -42,9 +43,17 @@ pub struct Checked {
 /// Most findings of one run.
 const MAX_ERRORS: usize = 100;
 
-/// Checks a file. Errors come in source order, warnings among them only on success.
+/// Checks a file. Findings come in the order in which they are found; warnings stand among the errors too.
 pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
-    let mut checker = Checker::default();
+    let mut checker =
+        Checker { warnings: file.warnings.clone(), incomplete: !file.broken.is_empty(), ..Checker::default() };
+    // Names that syntax errors hide: outermost, so that everything else goes before.
+    checker.scopes.enter();
+    for name in &file.broken {
+        if sig::by_name(name).is_none() && builtins::find_closure(name).is_none() {
+            checker.scopes.declare_broken(name);
+        }
+    }
     checker.scopes.enter();
     checker.declare_globals();
     checker.scopes.enter();
@@ -61,6 +70,7 @@ pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
                 );
             }
             errors.truncate(MAX_ERRORS);
+            errors.extend(checker.warnings);
             Err(errors)
         }
     }
@@ -71,6 +81,8 @@ pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
 pub(crate) struct Checker {
     errors: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
+    /// Parts of the file could not be read: what is missing may stand there.
+    incomplete: bool,
     scopes: Scopes,
     vars: Vec<Var>,
     structs: Vec<typed::Struct>,
@@ -85,6 +97,8 @@ pub(crate) struct Checker {
     returns: Option<Type>,
     /// A `return` was seen in the present function.
     returned: bool,
+    /// Functions with a result whose bodies hold no `return`, and whether one was called.
+    without_return: std::collections::HashMap<FunctionId, bool>,
     /// Where the file defines functions, for calls that come too early.
     later: std::collections::HashMap<String, Span>,
 }
@@ -93,6 +107,12 @@ impl Checker {
     fn error(&mut self, d: Diagnostic) {
         if self.errors.len() < MAX_ERRORS {
             self.errors.push(d);
+        }
+    }
+
+    fn warn(&mut self, d: Diagnostic) {
+        if self.warnings.len() < MAX_ERRORS {
+            self.warnings.push(d);
         }
     }
 
