@@ -79,6 +79,19 @@ impl SourceMap {
         id
     }
 
+    /// Adds all files of another map; their handles grow by what is returned.
+    pub fn append(&mut self, other: &SourceMap) -> u32 {
+        let by = self.files.len() as u32;
+        for file in &other.files {
+            let mut file = file.clone();
+            if let Some(span) = &mut file.included_at {
+                span.file.0 += by;
+            }
+            self.files.push(file);
+        }
+        by
+    }
+
     /// The `#include`s that lead to a place, innermost first.
     pub fn includers(&self, span: Span) -> impl Iterator<Item = Span> {
         std::iter::successors(self.file(span.file).included_at, |s| self.file(s.file).included_at)
@@ -97,6 +110,19 @@ impl SourceMap {
     /// Whether no file was added yet.
     pub fn is_empty(&self) -> bool {
         self.files.is_empty()
+    }
+
+    /// The names of all files, the main one first.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|f| f.name.as_str())
+    }
+
+    /// The text of a line (from 1) of the first file with this name; empty when there is none.
+    pub fn line_of(&self, name: &str, line: u32) -> &str {
+        match self.files.iter().position(|f| f.name == name) {
+            Some(index) if line > 0 => self.line_text(FileId(index as u32), line),
+            _ => "",
+        }
     }
 
     /// Where a span starts.

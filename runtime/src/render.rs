@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use crate::precision::Precision;
 use crate::scene::{self, Scene};
 use crate::wavefront::{Counts, Spread, Wavefront};
-use crate::{accel, device, programs};
+use crate::{accel, device, displace, programs, told};
 use oslcl_compiler::Radiance;
 use std::time::{Duration, Instant};
 
@@ -22,6 +22,9 @@ pub enum Error {
     /// A material does not compile.
     #[error(transparent)]
     Material(#[from] materials::Error),
+    /// A surface can't be displaced.
+    #[error(transparent)]
+    Displacement(#[from] displace::Error),
     /// The geometry can't be built.
     #[error(transparent)]
     Geometry(#[from] accel::Error),
@@ -31,6 +34,9 @@ pub enum Error {
     /// A program does not build.
     #[error(transparent)]
     Program(#[from] programs::Error),
+    /// What came back as messages is none.
+    #[error(transparent)]
+    Messages(#[from] oslcl_compiler::messages::Damaged),
     /// Nothing to render.
     #[error("the scene has neither surfaces nor an environment: there is nothing to see")]
     Empty,
@@ -93,6 +99,8 @@ pub struct Summary {
     pub bytes_per_path: u64,
     /// Warnings of the materials.
     pub warnings: Vec<String>,
+    /// What the materials printed.
+    pub messages: told::Messages,
 }
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
@@ -151,6 +159,8 @@ pub fn render(
     let compile_time = start.elapsed();
 
     let start = Instant::now();
+    let displaced = displace::apply(scene, &compiled.displacements, device, options.precision)?;
+    let scene = displaced.as_ref();
     let mut geometry = accel::build(scene, &plan.materials)?;
     let mut geometry_time = start.elapsed();
 
@@ -190,6 +200,8 @@ pub fn render(
     let data = wavefront.resolve(done)?;
     let render_time = start.elapsed();
     let counts = wavefront.counts()?;
+    let (words, lost) = wavefront.messages()?;
+    let messages = told::collect(&words, 4 * lost, scene, &compiled)?;
     wavefront.log_times();
     let bytes_per_path = plan.layout.bytes_per_path(options.precision.real_bytes());
     let picture = picture(scene, options, done, &data, plan.layout.film_channels() as usize);
@@ -205,6 +217,7 @@ pub fn render(
         plan,
         bytes_per_path,
         warnings: compiled.warnings,
+        messages,
     };
     Ok((picture, summary))
 }

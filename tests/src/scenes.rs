@@ -36,6 +36,7 @@ pub fn material(scene: &mut Scene, source: &str, params: &[(&str, ParamValue)]) 
         path: PathBuf::from(format!("m{}.osl", id.0)),
         source: source.to_owned(),
         params: params.iter().map(|(n, v)| ((*n).to_owned(), v.clone())).collect(),
+        displacement: None,
     });
     id
 }

@@ -9,6 +9,7 @@ pub use effects::{Radiance, State};
 
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
+use crate::messages::{Decoder, Site};
 use crate::reflect::ShaderInfo;
 use serde::Serialize;
 
@@ -49,6 +50,11 @@ pub struct Artifact {
     pub has_holdout: bool,
     /// Outputs of a grid function, in order; empty for materials.
     pub outputs: Vec<Output>,
+    /// The calls that print, by the number in their records. When there are any, the code needs `HAS_MESSAGES` defined and
+    /// the records' buffer in `ShaderGlobals` (kernels/osl/records.h).
+    pub sites: Vec<Site>,
+    /// The texts of the strings in the code, sorted.
+    pub strings: Vec<String>,
     /// Parameters, defaults and metadata as written.
     pub info: ShaderInfo,
 }
@@ -73,8 +79,15 @@ impl Artifact {
             has_transparent: effects.transparent,
             has_holdout: effects.holdout,
             outputs: code.outputs,
+            sites: code.sites,
+            strings: code.strings,
             info,
         }
+    }
+
+    /// What turns the records that the code writes into messages. `more`: strings from elsewhere that may be among them.
+    pub fn decoder<'a>(&'a self, more: impl IntoIterator<Item = &'a String>) -> Decoder<'a> {
+        Decoder::new(&self.sites, self.strings.iter().chain(more))
     }
 
     /// As indented JSON: an object with the fields of [`Artifact`]. `emission` and `background` are `"none"`, `"varying"` or

@@ -147,10 +147,12 @@ pub static TABLE: &[Row] = &[
     row("noise_hash", NOISE_KIND, Internal),
     row("noise_simplex", NOISE_KIND, Internal),
     row("noise_usimplex", NOISE_KIND, Internal),
+    row("noise_gabor", GABOR_KIND, Internal),
     row("pnoise_perlin", PNOISE_KIND, Internal),
     row("pnoise_uperlin", PNOISE_KIND, Internal),
     row("pnoise_cell", PNOISE_KIND, Internal),
     row("pnoise_hash", PNOISE_KIND, Internal),
+    row("pnoise_gabor", PGABOR_KIND, Internal),
     row(
         "hash",
         &["int(int)", "int(float)", "int(float,float)", "int(point)", "int(point,float)", "int(string)"],
@@ -197,11 +199,13 @@ pub static TABLE: &[Row] = &[
     row("displace", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
     row("bump", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
     // Strings.
-    row("printf", &["void(string,...)"], Host),
+    row("printf", &["void(string,...)"], Special),
     row("format", &["string(string,...)"], Host),
-    row("error", &["void(string,...)"], Host),
-    row("warning", &["void(string,...)"], Host),
-    row("fprintf", &["void(string,string,...)"], Host),
+    row("error", &["void(string,...)"], Special),
+    row("warning", &["void(string,...)"], Special),
+    row("fprintf", &["void(string,string,...)"], Special),
+    // Kind (`messages::code`), the file's or the shader's name, the format, the values.
+    row("print", &["void(int,string,string,...)"], InternalEffect),
     row("concat", &["string(string,string,...)"], Host),
     row("strlen", &["int(string)"], Host),
     row("startswith", &["int(string,string)"], Host),
@@ -410,6 +414,18 @@ const PNOISE_KIND: &[&str] = &[
     "vector(float,float,float,float)",
     "vector(vector,vector)",
     "vector(vector,float,vector,float)",
+];
+
+/// Point, its differences between pixels along x and y; anisotropic, direction, bandwidth, impulses, do_filter.
+const GABOR_KIND: &[&str] = &[
+    "float(vector,vector,vector,int,vector,float,float,int)",
+    "vector(vector,vector,vector,int,vector,float,float,int)",
+];
+
+/// The same with the period after the differences.
+const PGABOR_KIND: &[&str] = &[
+    "float(vector,vector,vector,vector,int,vector,float,float,int)",
+    "vector(vector,vector,vector,vector,int,vector,float,float,int)",
 ];
 
 /// One basis: position, knots.

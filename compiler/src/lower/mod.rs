@@ -11,6 +11,7 @@
 mod call;
 mod exit;
 mod expr;
+mod noise;
 mod place;
 mod special;
 mod stmt;

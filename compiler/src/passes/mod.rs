@@ -10,10 +10,10 @@
 mod closures;
 mod dead;
 mod fold;
+pub mod link;
 mod prune;
 mod review;
 mod specialise;
-mod text;
 mod unroll;
 
 pub use closures::closures;

@@ -92,5 +92,8 @@ fn standalone(artifact: &Artifact) -> Result<String, assemble::Error> {
     for lobe in &artifact.lobes {
         let _ = writeln!(head, "#define HAS_LOBE_{}", lobe.to_uppercase());
     }
+    if !artifact.sites.is_empty() {
+        head.push_str("#define HAS_MESSAGES\n");
+    }
     assemble::assemble(&format!("{}.cl", artifact.entry), &(head + &artifact.code))
 }

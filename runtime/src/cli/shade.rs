@@ -8,7 +8,7 @@ use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::shade::{self, Grid, Plane};
+use oslcl_runtime::shade::{self, Grid, Kind, Message, Plane};
 use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
 
@@ -43,7 +43,9 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let artifact = shade::compile(&master, &options, &outputs).map_err(|failure| report::report(&failure))?;
     let device = Device::open(args.device.as_deref())?;
     let precision = args.precision.into();
-    let planes = shade::run(&device, &artifact, Grid { width, height }, precision)?;
+    let shaded = shade::run(&device, &artifact, Grid::new(width, height), precision)?;
+    let planes = shaded.planes;
+    terminal::print_with(|out| say(out, &shaded.messages))?;
     if wanted.is_empty() {
         return terminal::print_with(|out| print(out, &planes, precision));
     }
@@ -67,6 +69,19 @@ fn output(text: &str) -> Result<(String, PathBuf), Error> {
         return Err(wrong("the file's name has to end in .exr"));
     }
     Ok((name.to_owned(), PathBuf::from(file)))
+}
+
+/// What the shader said, as OSL's testshade shows it; `fprintf` with the file's name in front.
+fn say(out: &mut dyn Write, messages: &[Message]) -> io::Result<()> {
+    for message in messages {
+        match &message.kind {
+            Kind::Print => write!(out, "{}", message.text)?,
+            Kind::Error => writeln!(out, "ERROR: {}", message.text)?,
+            Kind::Warning => writeln!(out, "WARNING: {}", message.text)?,
+            Kind::File(name) => write!(out, "{name}:{}", message.text)?,
+        }
+    }
+    Ok(())
 }
 
 /// One line per output; on grids of several points one line per point and output, column and row first.

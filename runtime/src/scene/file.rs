@@ -46,6 +46,12 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
             let id = builder.scene.add_material(material::read(&value.table()?, name)?);
             builder.materials.insert(name.to_string(), id);
         }
+        for (name, value) in materials.table()?.entries() {
+            if let Some(displacement) = value.table()?.get("displacement") {
+                let id = builder.materials[name];
+                builder.scene.materials[id.0 as usize].displacement = Some(builder.material(&displacement)?);
+            }
+        }
     }
     for table in root.get("meshes").map_or(Ok(Vec::new()), |meshes| meshes.tables())? {
         builder.mesh(&table)?;

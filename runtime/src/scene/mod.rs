@@ -128,6 +128,8 @@ pub struct Material {
     pub source: String,
     /// Parameter values by name.
     pub params: Vec<(String, ParamValue)>,
+    /// The material whose displacement shader moves the vertices of what has this one.
+    pub displacement: Option<MaterialId>,
 }
 
 /// A parameter value; how it fits the declared type is for the compiler to check.

@@ -13,6 +13,7 @@ pub(super) fn of_function(name: &str) -> &'static str {
             "perlin" | "uperlin" => "osl/noise_perlin.h",
             "simplex" | "usimplex" => "osl/noise_simplex.h",
             "cell" => "osl/noise_cell.h",
+            "gabor" => "osl/noise_gabor.h",
             _ => "osl/noise_hash.h",
         };
     }

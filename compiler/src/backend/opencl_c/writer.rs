@@ -11,6 +11,7 @@ use crate::backend::string_id;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, LocalKind, Shader, Ty, UnaryOp, ValueId};
+use crate::messages::Site;
 use crate::source::{SourceMap, Span};
 use std::collections::{BTreeSet, HashMap, VecDeque};
 
@@ -106,7 +107,10 @@ pub(super) struct Writer<'a> {
     exprs: Vec<Option<Expr>>,
     pending: VecDeque<ValueId>,
     temps: u32,
-    strings: HashMap<u32, String>,
+    /// Texts of the strings written, by id.
+    pub strings: HashMap<u32, String>,
+    /// The calls that print.
+    pub sites: Vec<Site>,
     depth: usize,
 }
 
@@ -131,6 +135,7 @@ impl<'a> Writer<'a> {
             pending: VecDeque::new(),
             temps: 0,
             strings: HashMap::new(),
+            sites: Vec::new(),
             depth: 0,
         }
     }

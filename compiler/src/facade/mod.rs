@@ -4,18 +4,23 @@
 //! their diagnostics point into. Work runs on a thread of its own whose stack is large enough for the deepest input that
 //! the parser accepts. It must not know files, the environment or time.
 
+mod group;
+mod oso_text;
+
 use crate::artifact::Artifact;
-use crate::backend::opencl_c;
 use crate::diag::{self, Diagnostic};
 use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
-use crate::{check, interp, lower, parse, passes};
+use crate::{check, interp, lower, oso, parse};
 use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
+pub use crate::passes::link::{Connection, Hints};
+pub use group::{Bound, Group, Layer};
+pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,12 +79,6 @@ impl Default for Options {
     }
 }
 
-impl Options {
-    fn constants(&self) -> Vec<(String, Const)> {
-        self.bindings.iter().map(|(name, value)| (name.clone(), value.constant())).collect()
-    }
-}
-
 /// A compiled shader and what was said on the way.
 #[derive(Clone, Debug)]
 pub struct Output {
@@ -117,7 +116,7 @@ impl Includes for NoIncludes {
 }
 
 /// Headers that come with the compiler.
-const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../shaders-osl/stdosl.h"))];
+const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../../shaders-osl/stdosl.h"))];
 
 /// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
 /// headers can be replaced by files of the same name.
@@ -162,6 +161,9 @@ pub struct Master {
 /// Most `#include`s that are named with a finding.
 const MAX_INCLUDERS: usize = 8;
 
+/// What is said at them.
+const INCLUDED: &str = "included here";
+
 /// Lines whose warnings are silenced.
 type Silenced = Vec<(FileId, u32)>;
 
@@ -172,9 +174,10 @@ fn tell(sources: &SourceMap, nowarn: &Silenced, list: Vec<Diagnostic>) -> Vec<Di
     let mut out = Vec::with_capacity(list.len());
     for mut d in list.into_iter().filter(|d| d.is_error() || !silenced(d)) {
         // A circle of includes is named whole in its message.
-        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002").map(|l| l.span) {
+        let told = d.labels.iter().any(|l| l.text == INCLUDED);
+        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002" && !told).map(|l| l.span) {
             for span in sources.includers(first).take(MAX_INCLUDERS) {
-                d = d.label(span, "included here");
+                d = d.label(span, INCLUDED);
             }
         }
         out.push(d);
@@ -194,13 +197,29 @@ impl Drop for Master {
 /// What the front half yields: the IR, the reflection, the warnings.
 type Front = Result<(Shader, ShaderInfo, Vec<Diagnostic>, Silenced), Vec<Diagnostic>>;
 
-/// Parses, checks and lowers. After syntax errors the checker looks at what could be read.
-fn tree(pre: &preprocess::Preprocessed) -> Result<(check::Checked, Shader), Vec<Diagnostic>> {
+/// The checked tree of a source, with what was said on the way.
+struct Parsed {
+    checked: check::Checked,
+    /// Of the front half, silenced ones left out.
+    warnings: Vec<Diagnostic>,
+    nowarn: Silenced,
+    /// After the preprocessor.
+    text: String,
+}
+
+fn preprocess_options(options: &Options) -> preprocess::Options {
+    preprocess::Options {
+        defines: options.defines.clone(),
+        undefines: options.undefines.clone(),
+        ..preprocess::Options::default()
+    }
+}
+
+/// Parses and checks. After syntax errors the checker looks at what could be read.
+fn tree(pre: &preprocess::Preprocessed) -> Result<check::Checked, Vec<Diagnostic>> {
     let parse::Parsed { file, errors } = parse::recover(pre);
     if errors.is_empty() {
-        let checked = check::check(&file)?;
-        let shader = lower::lower(&checked).map_err(|errors| [errors, checked.warnings.clone()].concat())?;
-        return Ok((checked, shader));
+        return check::check(&file);
     }
     let mut all = errors;
     if !file.items.is_empty()
@@ -212,28 +231,43 @@ fn tree(pre: &preprocess::Preprocessed) -> Result<(check::Checked, Shader), Vec<
     Err(all)
 }
 
-fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
-    let settings = preprocess::Options {
-        defines: options.defines.clone(),
-        undefines: options.undefines.clone(),
-        ..preprocess::Options::default()
-    };
+fn in_order(mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    list.sort_by_key(|d| d.labels.first().map(|l| (l.span.file, l.span.start)));
+    list
+}
+
+fn checked(
+    source: &str,
+    options: &Options,
+    includes: &dyn Includes,
+    sources: &mut SourceMap,
+) -> Result<Parsed, Vec<Diagnostic>> {
+    let settings = preprocess_options(options);
     let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
         .map_err(|list| tell(sources, &Silenced::new(), list))?;
-    let (checked, shader) = match tree(&pre) {
-        Ok(done) => done,
+    let mut checked = match tree(&pre) {
+        Ok(checked) => checked,
         Err(found) => {
             // What was said before belongs to the errors too.
             let mut all = tell(sources, &Silenced::new(), pre.warnings);
             all.extend(tell(sources, &pre.nowarn, found));
-            all.sort_by_key(|d| d.labels.first().map(|l| (l.span.file, l.span.start)));
-            return Err(all);
+            return Err(in_order(all));
         }
     };
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
-    warnings.extend(tell(sources, &pre.nowarn, checked.warnings));
-    Ok((shader, checked.info, warnings, pre.nowarn))
+    warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));
+    Ok(Parsed { checked, warnings, nowarn: pre.nowarn, text: pre.text })
+}
+
+fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
+    if oso::is_oso(source) {
+        return oso_text::front(source, options, sources);
+    }
+    let front = checked(source, options, includes, sources)?;
+    let shader = lower::lower(&front.checked)
+        .map_err(|list| in_order([tell(sources, &front.nowarn, list), front.warnings.clone()].concat()))?;
+    Ok((shader, front.checked.info, front.warnings, front.nowarn))
 }
 
 impl Master {
@@ -273,28 +307,7 @@ impl Master {
 
     /// Binds parameters, optimises, and writes code. Uses the options' `bindings`, `entry` and `line_directives`.
     pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
-        let work = || {
-            let Some(master) = &self.shader else { return Err(Vec::new()) };
-            let mut shader = Shader::clone(master);
-            let outputs = match &options.entry {
-                Entry::Material => &[][..],
-                Entry::Grid(names) => names,
-            };
-            let warnings = passes::optimise(&mut shader, &options.constants(), outputs)?;
-            let lines = options.line_directives.then_some(&*self.sources);
-            let code = opencl_c::emit(&shader, &options.entry, lines)?;
-            Ok((Artifact::new(&shader, code, self.info.clone()), warnings))
-        };
-        let sources = self.sources.clone();
-        match on_large_stack(work) {
-            Ok(Ok((artifact, later))) => {
-                let mut warnings = self.warnings.clone();
-                warnings.extend(tell(&sources, &self.nowarn, later));
-                Ok(Output { artifact, warnings, sources })
-            }
-            Ok(Err(list)) => Err(Failure { diagnostics: tell(&sources, &self.nowarn, list), sources }),
-            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
-        }
+        group::Parts::one(self, options).instance(options)
     }
 }
 
@@ -321,53 +334,8 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        let work = || {
-            let Some(master) = &self.shader else { return Err(Vec::new()) };
-            let mut shader = Shader::clone(master);
-            passes::optimise(&mut shader, &options.constants(), outputs)?;
-            points.iter().map(|globals| outcome(&shader, outputs, globals)).collect()
-        };
-        let sources = self.sources.clone();
-        match on_large_stack(work) {
-            Ok(Ok(values)) => Ok(values),
-            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
-            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
-        }
+        group::Parts::one(self, options).evaluate_all(outputs, points)
     }
-}
-
-/// The named outputs of one run.
-fn outcome(shader: &Shader, outputs: &[String], globals: &interp::Globals) -> Result<Values, Vec<Diagnostic>> {
-    let outcome = interp::run(shader, globals).map_err(|e| vec![Diagnostic::global("E4297", e.to_string())])?;
-    let mut values = Vec::with_capacity(outputs.len());
-    for name in outputs {
-        let mut reals = Vec::new();
-        if name == "Ci" {
-            reals.extend(outcome.ci());
-        } else {
-            let param = shader.params.iter().find(|p| p.output && p.name == *name);
-            let value = param.and_then(|p| outcome.local(p.local));
-            if !value.is_some_and(|c| flatten(c, &mut reals)) {
-                let message = format!("shader `{}` has no output parameter `{name}` of numbers", shader.name);
-                return Err(vec![Diagnostic::global("E4203", message)]);
-            }
-        }
-        values.push((name.clone(), reals));
-    }
-    Ok(values)
-}
-
-/// The reals that a constant is made of; false when it holds strings.
-fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
-    match c {
-        Const::Int(v) => out.push(f64::from(*v)),
-        Const::Float(v) => out.push(*v),
-        Const::Triple(v) => out.extend(v),
-        Const::Matrix(m) => out.extend(m),
-        Const::Str(_) => return false,
-        Const::Array(items) => return items.iter().all(|c| flatten(c, out)),
-    }
-    true
 }
 
 /// Compiles a source to an artifact.

@@ -1,0 +1,291 @@
+//! Shader groups: layers, the connections between them, and the back half of the compiler for them.
+//!
+//! In: [`Master`]s, values and connections. Out: [`Output`] or [`Failure`]. A [`Master`] alone goes the same road, as a
+//! group of one layer.
+
+use super::{Binding, Entry, Failure, Master, Options, Output, Silenced, Values, on_large_stack, tell};
+use crate::artifact::Artifact;
+use crate::backend::opencl_c;
+use crate::diag::Diagnostic;
+use crate::interp;
+use crate::ir::{Const, Shader};
+use crate::passes::{self, link};
+use crate::source::{FileId, SourceMap};
+use link::{Connection, Hints};
+use std::sync::Arc;
+
+/// A shader in a group.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    /// Its name, of which a group has each once.
+    pub name: String,
+    /// The shader.
+    pub master: Arc<Master>,
+    /// Values of its parameters; the others keep their defaults, or are connected.
+    pub bindings: Vec<Bound>,
+}
+
+/// A value for a parameter of a layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bound {
+    /// Flattened path (`s.x` for field x of struct parameter s).
+    pub name: String,
+    /// The value.
+    pub value: Binding,
+    /// What else is said of the parameter.
+    pub hints: Hints,
+}
+
+/// Layers in order and the connections between them.
+///
+/// Its outputs are named `layer.param`, or `param`: the last layer that has an output of this name is meant.
+#[derive(Clone, Debug, Default)]
+pub struct Group {
+    /// Its name; may be empty.
+    pub name: String,
+    /// Earlier ones feed later ones.
+    pub layers: Vec<Layer>,
+    /// What feeds what.
+    pub connections: Vec<Connection>,
+    /// Layers that run whether or not another one needs them, as the last one does.
+    pub entry_layers: Vec<String>,
+}
+
+impl Group {
+    /// Binds parameters, connects layers, optimises, and writes code. Uses the options' `bindings` (named `layer.param`),
+    /// `entry` and `line_directives`.
+    pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
+        self.parts(options)?.instance(options)
+    }
+
+    /// Runs the group on the host in f64 on many points: for each the values of the outputs, or of `Ci`, as the reals that
+    /// [`Entry::Grid`] stores. Uses the options' `bindings`.
+    pub fn evaluate_all(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        points: &[interp::Globals],
+    ) -> Result<Vec<Values>, Failure> {
+        self.parts(options)?.evaluate_all(outputs, points)
+    }
+
+    /// The layers with the options' values.
+    fn parts(&self, options: &Options) -> Result<Parts<'_>, Failure> {
+        let mut parts = Parts { name: &self.name, layers: Vec::new(), connections: &self.connections };
+        for layer in &self.layers {
+            let settings = layer.bindings.iter().map(|b| link::Setting {
+                name: b.name.clone(),
+                value: b.value.constant(),
+                hints: b.hints,
+            });
+            parts.layers.push(Part { name: &layer.name, master: &layer.master, settings: settings.collect() });
+        }
+        for (name, value) in &options.bindings {
+            let split = name.split_once('.');
+            let found = split.and_then(|(layer, param)| {
+                let part = parts.layers.iter_mut().rev().find(|p| p.name == layer)?;
+                Some((part, param))
+            });
+            let Some((part, param)) = found else {
+                let message = format!("the group has no layer of which `{name}` is a parameter");
+                let d = Diagnostic::global("E4001", message).help("write LAYER.PARAM");
+                return Err(Failure { diagnostics: vec![d], sources: Arc::default() });
+            };
+            part.settings.push(setting(param, value));
+        }
+        Ok(parts)
+    }
+}
+
+fn setting(name: &str, value: &Binding) -> link::Setting {
+    link::Setting { name: name.to_owned(), value: value.constant(), hints: Hints::default() }
+}
+
+/// A layer on its way through the back half.
+struct Part<'a> {
+    name: &'a str,
+    master: &'a Master,
+    settings: Vec<link::Setting>,
+}
+
+/// A group on its way through the back half.
+pub(super) struct Parts<'a> {
+    name: &'a str,
+    layers: Vec<Part<'a>>,
+    connections: &'a [Connection],
+}
+
+/// The files of all layers, and what of their warnings is silenced.
+struct Files {
+    sources: Arc<SourceMap>,
+    nowarn: Silenced,
+    /// For each layer where its files begin.
+    first: Vec<u32>,
+}
+
+impl<'a> Parts<'a> {
+    /// A master alone.
+    pub fn one(master: &'a Master, options: &Options) -> Parts<'a> {
+        let settings = options.bindings.iter().map(|(name, value)| setting(name, value)).collect();
+        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[] }
+    }
+
+    fn files(&self) -> Files {
+        if let [only] = self.layers.as_slice() {
+            let master = only.master;
+            return Files { sources: master.sources.clone(), nowarn: master.nowarn.clone(), first: vec![0] };
+        }
+        let mut sources = SourceMap::default();
+        let mut files = Files { sources: Arc::default(), nowarn: Silenced::new(), first: Vec::new() };
+        let mut seen: Vec<(&Master, u32)> = Vec::new();
+        for part in &self.layers {
+            let known = seen.iter().find(|(m, _)| std::ptr::eq(*m, part.master)).map(|(_, first)| *first);
+            let first = known.unwrap_or_else(|| {
+                let first = sources.append(&part.master.sources);
+                let lines = part.master.nowarn.iter().map(|(file, line)| (FileId(file.0 + first), *line));
+                files.nowarn.extend(lines);
+                seen.push((part.master, first));
+                first
+            });
+            files.first.push(first);
+        }
+        files.sources = Arc::new(sources);
+        files
+    }
+
+    /// Joins the layers.
+    fn link(&self, files: &Files) -> Result<Shader, Vec<Diagnostic>> {
+        let mut parts = Vec::with_capacity(self.layers.len());
+        for (part, first_file) in self.layers.iter().zip(&files.first) {
+            // The shader of a master is there until it is dropped.
+            let Some(shader) = part.master.shader.as_deref() else { return Err(Vec::new()) };
+            parts.push(link::Part {
+                name: part.name,
+                shader,
+                first_file: *first_file,
+                settings: part.settings.clone(),
+            });
+        }
+        link::link(self.name, &parts, self.connections)
+    }
+
+    /// The parameter that an output's name means; names that mean none stay, for the message of who looks for them.
+    fn resolve(&self, shader: &Shader, name: &str) -> String {
+        let is = |name: &str| shader.params.iter().any(|p| p.output && p.name == name);
+        if name == "Ci" || is(name) {
+            return name.to_owned();
+        }
+        if let [only] = self.layers.as_slice() {
+            let inner = name.strip_prefix(only.name).and_then(|rest| rest.strip_prefix('.'));
+            return inner.unwrap_or(name).to_owned();
+        }
+        let mut names = self.layers.iter().rev().map(|l| format!("{}.{name}", l.name));
+        names.find(|n| is(n)).unwrap_or_else(|| name.to_owned())
+    }
+
+    pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
+        let files = self.files();
+        let work = || {
+            let mut shader = self.link(&files)?;
+            let asked = match &options.entry {
+                Entry::Material => &[][..],
+                Entry::Grid(names) => names,
+            };
+            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            let entry = match &options.entry {
+                Entry::Material => Entry::Material,
+                Entry::Grid(_) => Entry::Grid(outputs.clone()),
+            };
+            let warnings = passes::optimise(&mut shader, &[], &outputs)?;
+            let lines = options.line_directives.then_some(&*files.sources);
+            let mut code = opencl_c::emit(&shader, &entry, lines)?;
+            for (output, name) in code.outputs.iter_mut().zip(asked) {
+                output.name.clone_from(name);
+            }
+            let info = self.layers.last().map(|l| l.master.info.clone());
+            let info = info.ok_or_else(|| vec![Diagnostic::global("E4015", "the group has no layers")])?;
+            Ok((Artifact::new(&shader, code, info), warnings))
+        };
+        let sources = files.sources.clone();
+        match on_large_stack(work) {
+            Ok(Ok((artifact, later))) => {
+                let mut warnings = self.warnings(&files);
+                warnings.extend(tell(&sources, &files.nowarn, later));
+                Ok(Output { artifact, warnings, sources })
+            }
+            Ok(Err(list)) => Err(Failure { diagnostics: tell(&sources, &files.nowarn, list), sources }),
+            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
+        }
+    }
+
+    /// The front half's warnings of all layers, of each master once.
+    fn warnings(&self, files: &Files) -> Vec<Diagnostic> {
+        let mut warnings: Vec<Diagnostic> = Vec::new();
+        for (i, (part, first)) in self.layers.iter().zip(&files.first).enumerate() {
+            if files.first[..i].contains(first) {
+                continue;
+            }
+            for warning in &part.master.warnings {
+                let mut warning = warning.clone();
+                link::shift_diagnostic(&mut warning, *first);
+                warnings.push(warning);
+            }
+        }
+        warnings
+    }
+
+    pub fn evaluate_all(&self, asked: &[String], points: &[interp::Globals]) -> Result<Vec<Values>, Failure> {
+        let files = self.files();
+        let work = || {
+            let mut shader = self.link(&files)?;
+            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            passes::optimise(&mut shader, &[], &outputs)?;
+            points.iter().map(|globals| outcome(&shader, &outputs, asked, globals)).collect()
+        };
+        let sources = files.sources.clone();
+        match on_large_stack(work) {
+            Ok(Ok(values)) => Ok(values),
+            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
+            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
+        }
+    }
+}
+
+/// The named outputs of one run.
+fn outcome(
+    shader: &Shader,
+    outputs: &[String],
+    asked: &[String],
+    globals: &interp::Globals,
+) -> Result<Values, Vec<Diagnostic>> {
+    let outcome = interp::run(shader, globals).map_err(|e| vec![Diagnostic::global("E4297", e.to_string())])?;
+    let mut values = Vec::with_capacity(outputs.len());
+    for (name, asked) in outputs.iter().zip(asked) {
+        let mut reals = Vec::new();
+        if name == "Ci" {
+            reals.extend(outcome.ci());
+        } else {
+            let param = shader.params.iter().find(|p| p.output && p.name == *name);
+            let value = param.and_then(|p| outcome.local(p.local));
+            if !value.is_some_and(|c| flatten(c, &mut reals)) {
+                let message = format!("shader `{}` has no output parameter `{name}` of numbers", shader.name);
+                return Err(vec![Diagnostic::global("E4203", message)]);
+            }
+        }
+        values.push((asked.clone(), reals));
+    }
+    Ok(values)
+}
+
+/// The reals that a constant is made of; false when it holds strings.
+fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
+    match c {
+        Const::Int(v) => out.push(f64::from(*v)),
+        Const::Float(v) => out.push(*v),
+        Const::Triple(v) => out.extend(v),
+        Const::Matrix(m) => out.extend(m),
+        Const::Str(_) => return false,
+        Const::Array(items) => return items.iter().all(|c| flatten(c, out)),
+    }
+    true
+}
