@@ -30,7 +30,7 @@ impl Checker {
             };
             let ExprKind::Str(text) = &token.kind else {
                 let message = "the name of an option has to be a literal; this one is left out";
-                self.warnings.push(Diagnostic::warning("W2004", token.span, message));
+                self.warnings.push(Diagnostic::warning("W2008", token.span, message));
                 continue;
             };
             if text == "label" {
@@ -47,7 +47,7 @@ impl Checker {
                 let message = format!("`{name}` does not know the option \"{text}\" and leaves it out");
                 let known: Vec<&str> = keys.iter().map(|k| k.token).chain(["label"]).collect();
                 let help = suggest::known_names(text, &known);
-                self.warnings.push(Diagnostic::warning("W2004", token.span, message).help(help));
+                self.warnings.push(Diagnostic::warning("W2008", token.span, message).help(help));
             }
         }
         let span = args.first().map(|a| a.span).or(label.as_ref().map(|l| l.span));
