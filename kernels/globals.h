@@ -30,6 +30,10 @@ typedef struct {
     // Spaces: row-major 4x4 for row vectors, 32 reals each: to common, then from common. May be 0 when no shader asks.
     __global const real *object_space;
     __global const real *camera_space;
+    // What the artifact lists as `userdata` and `interactive`, by its offsets: a real per slot, or an int in its first bytes.
+    // May be 0 when the list is empty.
+    const real *userdata;
+    __global const real *interactive;
 } ShaderGlobals;
 
 #endif

@@ -44,8 +44,8 @@ pub mod types;
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
 pub use facade::{
-    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Output, Values,
-    check_only, compile, inspect,
+    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Lazy, Master, NoIncludes, Options, Output,
+    Userdata, Values, check_only, compile, inspect,
 };
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;

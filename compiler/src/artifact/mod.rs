@@ -4,8 +4,10 @@
 //! written.
 
 mod effects;
+mod inputs;
 
 pub use effects::{Radiance, State};
+pub use inputs::{Inputs, Slot};
 
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
@@ -49,7 +51,9 @@ pub struct Artifact {
     pub has_holdout: bool,
     /// Outputs of a grid function, in order; empty for materials.
     pub outputs: Vec<Output>,
-    /// Parameters, defaults and metadata as written.
+    /// What the renderer supplies beside the globals.
+    pub inputs: Inputs,
+    /// Parameters, defaults and metadata as written; of a group those of its last layer.
     pub info: ShaderInfo,
 }
 
@@ -73,6 +77,7 @@ impl Artifact {
             has_transparent: effects.transparent,
             has_holdout: effects.holdout,
             outputs: code.outputs,
+            inputs: inputs::of(shader),
             info,
         }
     }

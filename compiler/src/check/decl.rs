@@ -6,7 +6,7 @@ use crate::ast;
 use crate::builtins::sig;
 use crate::diag::Diagnostic;
 use crate::reflect::{self, ShaderInfo};
-use crate::types::{Base, Extent, StructId, Type};
+use crate::types::{Base, Extent, StructId, Traits, Type};
 
 use super::scope::Symbol;
 
@@ -92,11 +92,19 @@ impl Checker {
             Some(init) => self.initial(init, ty, &format!("parameter `{}`", p.name.name)),
         };
         let ty = self.settle_extent(ty, init.as_ref());
-        let varying = metadata.iter().any(|m| match (m.name.as_str(), &m.value) {
-            ("lockgeom", Some(reflect::Value::Int(0))) => true,
-            ("interpolated" | "interactive", Some(reflect::Value::Int(v))) => *v != 0,
-            _ => false,
-        });
+        let int = |name: &str| {
+            metadata.iter().rev().find_map(|m| match m.value {
+                Some(reflect::Value::Int(v)) if m.name == name => Some(v),
+                _ => None,
+            })
+        };
+        let interactive = int("interactive").is_some_and(|v| v != 0);
+        let varying = interactive || int("lockgeom") == Some(0) || int("interpolated").is_some_and(|v| v != 0);
+        let traits = Traits {
+            interactive,
+            unconnectable: int("allowconnect") == Some(0),
+            open: matches!(p.array, Some(ast::ArraySize::Unsized)),
+        };
         let kind = VarKind::ShaderParam(index);
         let var = self.declare(&p.name, ty, kind, p.output);
         let fields = match ty.base {
@@ -116,7 +124,7 @@ impl Checker {
             fields,
             metadata,
         };
-        Some((Param { var, output: p.output, init, varying }, info))
+        Some((Param { var, output: p.output, init, varying, traits }, info))
     }
 
     fn flat_fields(&self, id: StructId, prefix: &str) -> Vec<reflect::Field> {

@@ -17,7 +17,7 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
-pub use crate::passes::link::{Connection, Hints};
+pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
@@ -60,6 +60,13 @@ pub struct Options {
     pub bindings: Vec<(String, Binding)>,
     /// What to write.
     pub entry: Entry,
+    /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
+    /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
+    pub userdata: Option<Vec<Userdata>>,
+    /// Whether `isconnected` says that a parameter which may read userdata is connected.
+    pub userdata_is_connected: bool,
+    /// When the layers of a group run.
+    pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
 }
@@ -72,6 +79,9 @@ impl Default for Options {
             undefines: Vec::new(),
             bindings: Vec::new(),
             entry: Entry::Material,
+            userdata: None,
+            userdata_is_connected: false,
+            lazy: Lazy::default(),
             line_directives: false,
         }
     }
@@ -271,7 +281,7 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        group::Parts::one(self, options).evaluate_all(outputs, points)
+        group::Parts::one(self, options).evaluate_all(options, outputs, points)
     }
 }
 

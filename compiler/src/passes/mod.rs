@@ -22,8 +22,9 @@ pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
 
+use crate::builtins;
 use crate::diag::Diagnostic;
-use crate::ir::{Const, Shader, verify};
+use crate::ir::{Const, Inst, Shader, verify};
 
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
 ///
@@ -43,6 +44,7 @@ pub fn optimise(
         }
     };
     check(shader, "lower");
+    link::settle_alone(shader);
     specialise(shader, bindings)?;
     check(shader, "specialise");
     fold(shader)?;
@@ -62,6 +64,9 @@ pub fn optimise(
         Ok::<(), Vec<Diagnostic>>(())
     };
     reduce(shader)?;
+    if not_constant(shader) {
+        reduce(shader)?;
+    }
     let (warnings, changed) = review::review(shader)?;
     if changed {
         check(shader, "review");
@@ -69,4 +74,17 @@ pub fn optimise(
     }
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     Ok(warnings)
+}
+
+/// Answers `isconstant` with 0 where folding found no constant; whether there was such a call.
+fn not_constant(shader: &mut Shader) -> bool {
+    let Some(row) = builtins::find("is_constant") else { return false };
+    let mut changed = false;
+    for value in &mut shader.values {
+        if matches!(value.inst, Inst::Call(func, _) if func == row) {
+            value.inst = Inst::Const(Const::Int(0));
+            changed = true;
+        }
+    }
+    changed
 }
