@@ -29,11 +29,26 @@ typedef struct {
     int raytype;       // RAY_* of the ray that came here
     // Spaces: row-major 4x4 for row vectors, 32 reals each: to common, then from common. May be 0 when no shader asks.
     __global const real *object_space;
+    __global const real *shader_space;
     __global const real *camera_space;
     // What the artifact lists as `userdata` and `interactive`, by its offsets: a real per slot, or an int in its first bytes.
     // May be 0 when the list is empty.
     const real *userdata;
     __global const real *interactive;
+    __global const real *other_spaces;  // screen, NDC, raster, then the renderer's own in the order of their names
+#ifdef HAS_DERIVATIVES
+    // By the pixel's x (to the right) and y (down).
+    real3 dPdx, dPdy, dIdx, dIdy, dPsdx, dPsdy;
+    real dudx, dudy, dvdx, dvdy;
+    int flip_handedness;  // 1 when raster space and common space turn opposite ways
+#endif
+#ifdef HAS_MESSAGES
+    __global uint *records;  // where what the shader says goes (osl/records.h); 0: nobody listens
+    uint point;              // the number of the point in those records
+#endif
+#ifdef HAS_TEXTURES
+    __global const uint *textures; // all texture files (osl/texture_data.h)
+#endif
 } ShaderGlobals;
 
 #endif

@@ -9,6 +9,22 @@
 #include "context.h"
 #include "globals.h"
 
+// Where what the shader says goes; its number tells whose it is.
+static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
+{
+#ifdef HAS_TEXTURES
+    sg->textures = c->textures;
+#endif
+#ifdef HAS_MESSAGES
+#ifdef MATERIAL_NUMBER
+    sg->records = c->messages;
+    sg->point = MATERIAL_NUMBER;
+#else
+    sg->records = 0;
+#endif
+#endif
+}
+
 #ifdef HAS_SURFACES
 #include "geometry.h"
 
@@ -129,15 +145,17 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     sg->surfacearea = 0;
 #endif
 #ifdef HAS_OBJECT_SPACE
-    sg->object_space = c->object_spaces + 32 * (size_t)s.shape;
+    sg->object_space = sg->shader_space = c->object_spaces + 32 * (size_t)s.shape;
 #else
-    sg->object_space = 0;
+    sg->object_space = sg->shader_space = 0;
 #endif
 #ifdef HAS_CAMERA_SPACE
     sg->camera_space = c->constants + CONSTANT_camera_space;
 #else
     sg->camera_space = 0;
 #endif
+    sg->other_spaces = 0;
+    surface_buffers(c, sg);
     return s;
 }
 
@@ -151,12 +169,14 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
     sg->N = sg->Ng = -I;
     sg->u = sg->v = sg->time = sg->dtime = sg->surfacearea = 0;
     sg->backfacing = sg->raytype = 0;
-    sg->object_space = 0;
+    sg->object_space = sg->shader_space = 0;
 #ifdef HAS_CAMERA_SPACE
     sg->camera_space = c->constants + CONSTANT_camera_space;
 #else
     sg->camera_space = 0;
 #endif
+    sg->other_spaces = 0;
+    surface_buffers(c, sg);
 }
 
 #endif

@@ -32,6 +32,8 @@ mod facade;
 pub mod interp;
 pub mod ir;
 pub mod lower;
+pub mod messages;
+pub mod oso;
 pub mod parse;
 pub mod passes;
 pub mod preprocess;
@@ -39,14 +41,20 @@ pub mod reflect;
 pub mod source;
 pub mod strings;
 pub mod suggest;
+pub mod text;
+pub mod textures;
 pub mod types;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
 pub use facade::{
-    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Lazy, Master, NoIncludes, Options, Output,
-    Userdata, Values, check_only, compile, inspect,
+    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Lazy, Master, NoIncludes, Options, Oso,
+    OsoOptions, Output, Query, QueryParam, Userdata, Values, check_only, compile, inspect, preprocessed, query_shader,
+    to_oso,
 };
+pub use interp::{Globals, Space};
+pub use passes::TextureUse;
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;
+pub use textures::{TextureAccess, Textures};

@@ -116,6 +116,7 @@ fn opencl_c() {
         "noise_unnamed",
         "noise_chosen",
         "op_",
+        "print_",
         "params_",
         "stmt_",
         "struct_",

@@ -11,10 +11,13 @@ static inline real osl_surfacearea_f_(const ShaderGlobals *sg) { return sg->surf
 static inline int osl_backfacing_i_(const ShaderGlobals *sg) { return sg->backfacing; }
 static inline int osl_raytype_bit_i_i(const ShaderGlobals *sg, int bit) { return (sg->raytype & bit) != 0; }
 
-// Spaces as `lower` numbers them: 0 common and world, 1 object, 2 shader, 3 camera. A shader's own space is that of the
-// object it is bound to.
+// Spaces as `lower` numbers them: 0 common and world, 1 object, 2 shader, 3 camera, from 4 on the others of ShaderGlobals.
 static inline mat4 osl_state_space(const ShaderGlobals *sg, int space, int inverse) {
-    __global const real *m = space == 3 ? sg->camera_space : sg->object_space;
+    __global const real *m = space == 1   ? sg->object_space
+                             : space == 2 ? sg->shader_space
+                             : space == 3 ? sg->camera_space
+                                          : sg->other_spaces;
+    if (space > 4 && m != 0) m += 32 * (space - 4);
     mat4 r = op_matrix_f(1);
     if (space != 0 && m != 0) {
         for (int i = 0; i < 16; ++i) r.m[i] = m[16 * inverse + i];

@@ -5,8 +5,10 @@
 pub mod accel;
 pub mod assemble;
 pub mod device;
+pub mod displace;
 pub mod files;
 pub mod film;
+pub mod grid;
 pub mod materials;
 pub mod plan;
 pub mod precision;
@@ -14,4 +16,6 @@ pub mod programs;
 pub mod render;
 pub mod scene;
 pub mod shade;
+pub mod textures;
+pub mod told;
 pub mod wavefront;

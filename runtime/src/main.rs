@@ -16,7 +16,11 @@ use tracing_subscriber::fmt::format::FmtSpan;
 use tracing_subscriber::fmt::time::uptime;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let args: Vec<_> = std::env::args_os().collect();
+    if let Some(result) = cli::tools::dispatch(&args) {
+        return result.unwrap_or_else(|error| end(&error.into()));
+    }
+    let cli = Cli::parse_from(args);
     match start(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => end(&error),

@@ -2,9 +2,12 @@
 //!
 //! In: a scene. Out: an artifact per material that is used. Of the compiler it sees the facade only.
 
+use crate::displace;
 use crate::scene::{Material, ParamValue, Scene};
+use crate::textures::{self, Library};
 use oslcl_compiler::diag::Diagnostic;
-use oslcl_compiler::{Artifact, Binding, Failure, Includes, Options, compile};
+use oslcl_compiler::{Artifact, Binding, Entry, Failure, Includes, Options, compile};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -21,16 +24,16 @@ pub enum Error {
         failure: Box<Failure>,
     },
     /// Its shader is for something else.
-    #[error(
-        "material `{material}`: `{shader}` is a {kind} shader, but surfaces and the environment take surface shaders"
-    )]
+    #[error("material `{material}`: `{shader}` is a {kind} shader, but {role}")]
     Kind {
         /// Its name in the scene.
         material: String,
         /// Its shader's name.
         shader: String,
-        /// `displacement` or `volume`.
+        /// `surface`, `displacement` or `volume`.
         kind: String,
+        /// What is wanted instead.
+        role: &'static str,
     },
 }
 
@@ -39,26 +42,74 @@ pub enum Error {
 pub struct Compiled {
     /// One per material; `None` where neither a surface nor the environment has it.
     pub artifacts: Vec<Option<Artifact>>,
+    /// One per material: what moves the vertices of surfaces that have it, [`displace::OUTPUTS`] of its displacement shader.
+    pub displacements: Vec<Option<Artifact>>,
+    /// The texture files.
+    pub textures: Arc<Library>,
     /// Warnings, each with the text of its finding.
     pub warnings: Vec<String>,
+}
+
+impl Compiled {
+    /// The texture files that can be looked up, each once, with the materials' artifacts that do.
+    pub fn texture_files(&self) -> BTreeSet<&str> {
+        let artifacts = self.artifacts.iter().chain(&self.displacements).flatten();
+        artifacts.flat_map(|a| a.textures.iter().map(|t| t.file.as_str())).collect()
+    }
+}
+
+/// What a material's shader is run for.
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    /// Surfaces and the environment.
+    Light,
+    /// The vertices of surfaces that have another material, whose index this is.
+    Displacement(usize),
+}
+
+impl Role {
+    /// What is wrong with a shader of this kind.
+    fn refuses(self, kind: &str) -> Option<&'static str> {
+        match (self, kind) {
+            (Role::Light, "displacement" | "volume") => Some("surfaces and the environment take surface shaders"),
+            (Role::Displacement(_), "surface" | "volume") => Some("vertices are moved by displacement shaders"),
+            _ => None,
+        }
+    }
+}
+
+/// What is compiled: which material, and for what. Each once, in the scene's order.
+fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
+    let mut placed = vec![false; scene.materials.len()];
+    for instance in &scene.instances {
+        placed[instance.material.0 as usize] = true;
+    }
+    let mut jobs = Vec::new();
+    for (index, material) in scene.materials.iter().enumerate() {
+        if placed[index] || scene.environment.is_some_and(|id| id.0 as usize == index) {
+            jobs.push((index, Role::Light));
+        }
+        if let Some(displacement) = material.displacement.filter(|_| placed[index]) {
+            jobs.push((displacement.0 as usize, Role::Displacement(index)));
+        }
+    }
+    jobs
 }
 
 /// Compiles every material that is used, in parallel. The first error in the scene's order is reported.
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
-    let mut used = vec![false; scene.materials.len()];
-    for id in scene.instances.iter().map(|i| i.material).chain(scene.environment) {
-        used[id.0 as usize] = true;
-    }
+    let jobs = jobs(scene);
+    let settings = textures::Settings { search: scene.textures.clone(), automip: true };
+    let library = Arc::new(Library::new(settings));
     let next = AtomicUsize::new(0);
-    let results: Vec<Mutex<Option<Result<_, Failure>>>> = used.iter().map(|_| Mutex::new(None)).collect();
+    let results: Vec<Mutex<Option<Result<_, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
     let work = || {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(slot) = results.get(index) else { break };
-            if used[index] {
-                *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(compile_one(&scene.materials[index]));
-            }
+            let (Some(slot), Some((material, role))) = (results.get(index), jobs.get(index)) else { break };
+            let output = compile_one(&scene.materials[*material], *role, &library);
+            *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(output);
         }
     };
     // A scene may have thousands of materials: a thread each would be too many.
@@ -68,32 +119,54 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
             scope.spawn(work);
         }
     });
-    let mut compiled = Compiled { artifacts: Vec::new(), warnings: Vec::new() };
-    for (result, material) in results.into_iter().zip(&scene.materials) {
-        compiled.artifacts.push(match result.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            None => None,
-            Some(Ok(output)) if ["displacement", "volume"].contains(&output.artifact.kind.as_str()) => {
-                let Artifact { name, kind, .. } = output.artifact;
-                return Err(Error::Kind { material: material.name.clone(), shader: name, kind });
-            }
+    let none = vec![None; scene.materials.len()];
+    let mut compiled =
+        Compiled { artifacts: none.clone(), displacements: none, textures: library.clone(), warnings: Vec::new() };
+    for (result, (index, role)) in results.into_iter().zip(jobs) {
+        let material = scene.materials[index].name.clone();
+        match result.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            // A thread that panicked took the whole scope with it.
+            None => {}
             Some(Ok(output)) => {
+                if let Some(role) = role.refuses(&output.artifact.kind) {
+                    let Artifact { name, kind, .. } = output.artifact;
+                    return Err(Error::Kind { material, shader: name, kind, role });
+                }
                 let plain =
                     |d: &Diagnostic| oslcl_compiler::diag::render_plain(&output.sources, std::slice::from_ref(d));
                 compiled.warnings.extend(output.warnings.iter().map(plain));
-                Some(output.artifact)
+                let missing = missing(&library, &output.artifact);
+                compiled.warnings.extend(missing.map(|m| format!("warning: material `{material}`: {m}\n")));
+                match role {
+                    Role::Light => compiled.artifacts[index] = Some(output.artifact),
+                    Role::Displacement(of) => compiled.displacements[of] = Some(output.artifact),
+                }
             }
-            Some(Err(failure)) => {
-                return Err(Error::Compile { material: material.name.clone(), failure: Box::new(failure) });
-            }
-        });
+            Some(Err(failure)) => return Err(Error::Compile { material, failure: Box::new(failure) }),
+        }
     }
     Ok(compiled)
 }
 
-fn compile_one(material: &Material) -> Result<oslcl_compiler::Output, Failure> {
+/// What is wrong with texture files that a shader needs: the file, the shader, the cause.
+pub(crate) fn missing<'a>(library: &'a Library, artifact: &'a Artifact) -> impl Iterator<Item = String> + 'a {
+    let needed = artifact.textures.iter().filter(|t| t.must_exist);
+    needed.filter_map(|t| {
+        let cause = library.complaint(&t.file)?;
+        Some(format!("texture `{}` of shader `{}` counts as black: {cause}", t.file, artifact.name))
+    })
+}
+
+fn compile_one(material: &Material, role: Role, library: &Arc<Library>) -> Result<oslcl_compiler::Output, Failure> {
+    let entry = match role {
+        Role::Light => Entry::Material,
+        Role::Displacement(_) => Entry::Grid(displace::OUTPUTS.map(str::to_owned).to_vec()),
+    };
     let options = Options {
         file_name: material.path.to_string_lossy().into_owned(),
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
+        entry,
+        textures: Some(library.access()),
         ..Options::default()
     };
     compile(&material.source, &options, &Beside)

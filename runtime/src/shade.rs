@@ -1,8 +1,7 @@
 //! Runs a shader over a grid of points, without a scene.
 //!
-//! In: a master, parameter values, which outputs, the grid. Out: a [`Plane`] of numbers per output. The points are those of
-//! OSL's testshade: u and v run from 0 to 1 over the grid (0.5 where it is one point wide), P = (u, v, 1),
-//! N = Ng = (0, 0, 1), dPdu and dPdv along x and y, I = (0, 0, -1); all spaces are common space. It must not know files.
+//! In: a master, parameter values, which outputs, the [`Grid`]. Out: a [`Plane`] of numbers per output, and what the shader says
+//! by `printf` and the like as [`Message`]s. It must not know files.
 //!
 //! ```no_run
 //! use oslcl_compiler::{Master, NoIncludes, Options};
@@ -12,17 +11,22 @@
 //! let source = "shader ramp(output color Cout = 0) { Cout = color(u, v, 0); }";
 //! let master = Master::new(source, &options, &NoIncludes)?;
 //! let artifact = shade::compile(&master, &options, &shade::default_outputs(master.info()))?;
-//! let grid = shade::Grid { width: 4, height: 4 };
-//! let planes = shade::run(&Device::open(None)?, &artifact, grid, Precision::Standard)?;
-//! assert_eq!(planes[0].point(3, 0), [1.0, 0.0, 0.0]);
+//! let grid = shade::Grid::new(4, 4);
+//! let shaded = shade::run(&Device::open(None)?, &artifact, grid, Precision::Standard)?;
+//! assert_eq!(shaded.planes[0].point(3, 0), [1.0, 0.0, 0.0]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 use crate::assemble;
-use crate::device::{self, Arg, Device, Program};
+use crate::device::{self, Arg, Buffer, Device, Program};
+use crate::materials;
 use crate::precision::Precision;
+use crate::textures::{self, Library, Packed};
 use oslcl_compiler::reflect::ShaderInfo;
 use oslcl_compiler::{Artifact, Entry, Failure, Master, Options};
+
+pub use crate::grid::Grid;
+pub use oslcl_compiler::messages::{Kind, Message};
 
 /// Work-items of a group.
 const GROUP: usize = 64;
@@ -30,14 +34,8 @@ const GROUP: usize = 64;
 /// Most reals that a launch writes: bounds the device memory, whatever the grid.
 const MAX_LAUNCH_REALS: u64 = 1 << 23;
 
-/// Points of a grid, across and down.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grid {
-    /// Across, at least 1.
-    pub width: u32,
-    /// Down, at least 1.
-    pub height: u32,
-}
+/// Words of the first buffer for messages; one that overflows is made as large as it has to be.
+const RECORD_WORDS: u32 = 1 << 16;
 
 /// The values of one output.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +64,17 @@ impl Plane {
     }
 }
 
+/// What a shader does on a grid.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shaded {
+    /// The outputs, in the order asked for.
+    pub planes: Vec<Plane>,
+    /// What the shader said: by points, row by row, then in the order of the program.
+    pub messages: Vec<Message>,
+    /// Texture files that are missing, each with the shader and the cause.
+    pub warnings: Vec<String>,
+}
+
 /// Why there are no values.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -75,6 +84,12 @@ pub enum Error {
     /// The generated code includes an unknown header.
     #[error(transparent)]
     Assemble(#[from] assemble::Error),
+    /// What came back as messages is none.
+    #[error(transparent)]
+    Messages(#[from] oslcl_compiler::messages::Damaged),
+    /// The textures can't be held.
+    #[error(transparent)]
+    Textures(#[from] textures::Error),
     /// There are no outputs or no points.
     #[error("nothing to shade: the grid or the list of outputs is empty")]
     Empty,
@@ -116,27 +131,41 @@ pub fn compile(master: &Master, options: &Options, outputs: &[String]) -> Result
     Ok(master.instance(&options)?.artifact)
 }
 
-/// Builds the artifact of [`compile`] for the device and runs it over the grid. The planes come in the order of the outputs.
-pub fn run(device: &Device, artifact: &Artifact, grid: Grid, precision: Precision) -> Result<Vec<Plane>, Error> {
+/// Builds the artifact of [`compile`] for the device and runs it over the grid. Textures are looked for where the names of
+/// their files say.
+pub fn run(device: &Device, artifact: &Artifact, grid: Grid, precision: Precision) -> Result<Shaded, Error> {
+    run_with(device, artifact, grid, precision, &Library::default())
+}
+
+/// As [`run`], with the textures of a library; it is the one that the options of [`compile`] should have, too.
+pub fn run_with(
+    device: &Device,
+    artifact: &Artifact,
+    grid: Grid,
+    precision: Precision,
+    library: &Library,
+) -> Result<Shaded, Error> {
     if precision.is_double() && !device.info.double {
         return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
     }
-    let mut planes = planes(artifact, grid)?;
+    let mut shaded = Shaded { planes: planes(artifact, grid)?, ..Shaded::default() };
+    shaded.warnings.extend(materials::missing(library, artifact));
+    let packed = textures::pack(library, artifact.textures.iter().map(|t| t.file.as_str()))?;
     let _span = tracing::debug_span!("shade", shader = artifact.name).entered();
     let program = Program::build(device, &artifact.name, &program(artifact)?, precision.build_options())?;
     if precision.is_double() {
-        launch::<f64>(device, &program, grid, &mut planes)?;
+        launch::<f64>(device, &program, artifact, grid, &packed, &mut shaded)?;
     } else {
-        launch::<f32>(device, &program, grid, &mut planes)?;
+        launch::<f32>(device, &program, artifact, grid, &packed, &mut shaded)?;
     }
-    Ok(planes)
+    Ok(shaded)
 }
 
 /// Empty planes with room for all values.
 fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
     let reals: u64 = artifact.outputs.iter().map(|o| u64::from(o.reals)).sum();
     let points = u64::from(grid.width) * u64::from(grid.height);
-    if reals == 0 || points == 0 {
+    if points == 0 || (reals == 0 && artifact.sites.is_empty()) {
         return Err(Error::Empty);
     }
     let mut planes = Vec::new();
@@ -154,47 +183,123 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
 /// The shader's text with the kernel behind it.
 fn program(artifact: &Artifact) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
+    let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
+    let textures: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
     let text = format!(
-        "{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
-        artifact.code, artifact.entry
+        "{textures}{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
+        if artifact.sites.is_empty() { "" } else { "#define HAS_MESSAGES\n" },
+        artifact.code,
+        artifact.entry
     );
     Ok(assemble::assemble(&format!("{}.cl", artifact.entry), &text)?)
 }
 
 /// A float of the device that the host can read.
-trait Real: device::Plain + From<f32> + Into<f64> {}
-impl Real for f32 {}
-impl Real for f64 {}
+trait Real: device::Plain + Into<f64> {
+    /// Rounds to the nearest.
+    fn from_f64(v: f64) -> Self;
+}
 
-/// To common space and back, where all spaces are the same (ShaderGlobals in kernels/globals.h).
-fn identity<T: Real>() -> Vec<T> {
-    (0..32).map(|i| T::from(if i % 16 % 5 == 0 { 1.0 } else { 0.0 })).collect()
+impl Real for f32 {
+    fn from_f64(v: f64) -> f32 {
+        v as f32
+    }
+}
+
+impl Real for f64 {
+    fn from_f64(v: f64) -> f64 {
+        v
+    }
+}
+
+/// Numbers of the host as the device's.
+fn upload<T: Real>(device: &Device, name: &'static str, values: &[f64]) -> Result<device::Buffer, device::Error> {
+    device.upload(name, &values.iter().map(|v| T::from_f64(*v)).collect::<Vec<T>>())
+}
+
+/// The buffer that a kernel's messages go to (kernels/osl/records.h).
+struct Records {
+    buffer: Buffer,
+    words: u32,
+}
+
+impl Records {
+    fn new(device: &Device, words: u32) -> Result<Records, Error> {
+        let buffer = device.buffer("shade messages", (u64::from(words) + 2) * 4)?;
+        Ok(Records { buffer, words })
+    }
+
+    /// To be called before each launch.
+    fn reset(&mut self, device: &Device) -> Result<(), Error> {
+        Ok(device.write(&mut self.buffer, &[0, self.words])?)
+    }
+
+    /// The words of the last launch's records; when there was no room for all of them, makes room and gives none.
+    fn take(&mut self, device: &Device) -> Result<Option<Vec<u32>>, Error> {
+        let used = device.read::<u32>(&self.buffer, 1)?[0];
+        if used > self.words {
+            *self = Records::new(device, used.checked_next_power_of_two().unwrap_or(used))?;
+            return Ok(None);
+        }
+        let words: Vec<u32> = device.read(&self.buffer, used as usize + 2)?;
+        Ok(Some(words[2..].to_vec()))
+    }
 }
 
 /// Runs the kernel over bands of rows and sorts what it stores into the planes.
-fn launch<T: Real>(device: &Device, program: &Program, grid: Grid, planes: &mut [Plane]) -> Result<(), Error> {
+fn launch<T: Real>(
+    device: &Device,
+    program: &Program,
+    artifact: &Artifact,
+    grid: Grid,
+    packed: &Packed,
+    shaded: &mut Shaded,
+) -> Result<(), Error> {
     let kernel = program.kernel(device, "shade")?;
     let (width, height) = (u64::from(grid.width), u64::from(grid.height));
-    let reals: u64 = planes.iter().map(|p| u64::from(p.channels)).sum();
-    let band = (MAX_LAUNCH_REALS / (width * reals)).clamp(1, height);
-    let spaces = device.upload("spaces", &identity::<T>())?;
-    let outputs = device.buffer("shade outputs", band * width * reals * size_of::<T>() as u64)?;
+    let reals: u64 = shaded.planes.iter().map(|p| u64::from(p.channels)).sum();
+    // A shader without outputs still says something.
+    let band = (MAX_LAUNCH_REALS / (width * reals.max(1))).clamp(1, height);
+    let spaces = upload::<T>(device, "spaces", &grid.spaces())?;
+    let patch = upload::<T>(device, "patch", &grid.patch().map(f64::from))?;
+    let outputs = device.buffer("shade outputs", band * width * reals.max(1) * size_of::<T>() as u64)?;
+    let mut records = if artifact.sites.is_empty() { None } else { Some(Records::new(device, RECORD_WORDS)?) };
+    let decoder = artifact.decoder(&packed.messages);
+    let textures = match artifact.textures.is_empty() {
+        true => None,
+        false => Some(device.upload("textures", &packed.words)?),
+    };
     let mut row = 0;
     while row < height {
         let count = band.min(height - row) * width;
-        let args = [
+        if let Some(records) = &mut records {
+            records.reset(device)?;
+        }
+        let mut args = vec![
             Arg::U32(row as u32),
             Arg::U32(count as u32),
             Arg::U32(grid.width),
             Arg::U32(grid.height),
+            Arg::U32(grid.flags()),
+            Arg::U32(grid.raytype),
+            Arg::Buffer(&patch),
             Arg::Buffer(&spaces),
             Arg::Buffer(&outputs),
         ];
+        args.extend(records.iter().map(|r| Arg::Buffer(&r.buffer)));
+        args.extend(textures.iter().map(Arg::Buffer));
         kernel.launch(device, &args, (count as usize).next_multiple_of(GROUP), GROUP)?;
+        if let Some(records) = &mut records {
+            match records.take(device)? {
+                Some(words) => shaded.messages.extend(decoder.messages(&words)?),
+                // The band is shaded again, with room for all that it says.
+                None => continue,
+            }
+        }
         let values: Vec<T> = device.read(&outputs, (count * reals) as usize)?;
-        for point in values.chunks_exact(reals as usize) {
+        for point in values.chunks_exact(reals.max(1) as usize) {
             let mut rest = point;
-            for plane in planes.iter_mut() {
+            for plane in &mut shaded.planes {
                 let (mine, others) = rest.split_at(plane.channels as usize);
                 plane.data.extend(mine.iter().map(|v| (*v).into()));
                 rest = others;

@@ -5,13 +5,13 @@
 //! A batch is as many pixels as there are slots for; each slot takes the samples of its pixel one after the other. Queue
 //! lengths stay on the device; the host reads them now and then to see whether a batch is done.
 
-use crate::accel::{AliasTable, Geometry};
+use crate::accel::{AliasTable, Geometry, row_major};
 use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
 use crate::plan::{BufferId, Constant, Counter, ENVIRONMENT_MAP_SIZE, Effect, Plan, Setting, Stage};
 use crate::precision::Precision;
 use crate::programs::Kernels;
 use crate::scene::{MaterialId, Scene};
-use glam::DVec3;
+use crate::textures::Packed;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
@@ -30,6 +30,9 @@ const PATHS_GPU: u32 = 1 << 20;
 /// Rounds of stages between two looks at the queues.
 const ROUNDS_CPU: u32 = 2;
 const ROUNDS_GPU: u32 = 8;
+
+/// Words for what shaders print: 4 MiB. What does not fit is lost, and counted.
+const MESSAGE_WORDS: u32 = 1 << 20;
 
 /// Largest share of the device's memory that paths in flight take.
 const MEMORY_SHARE: u64 = 4;
@@ -96,6 +99,7 @@ impl<'a> Wavefront<'a> {
         kernels: &'a Kernels,
         scene: &Scene,
         geometry: &mut Geometry,
+        textures: &Packed,
         spread: Spread,
     ) -> Result<Wavefront<'a>, Error> {
         let _span = tracing::info_span!("upload").entered();
@@ -112,7 +116,7 @@ impl<'a> Wavefront<'a> {
             times: tracing::enabled!(tracing::Level::DEBUG).then(RefCell::default),
         };
         for (id, name) in plan.layout.buffers() {
-            let buffer = wavefront.make(id, name, scene, geometry)?;
+            let buffer = wavefront.make(id, name, scene, geometry, textures)?;
             wavefront.buffers.insert(id, buffer);
         }
         wavefront.weigh_lights(geometry)?;
@@ -126,12 +130,16 @@ impl<'a> Wavefront<'a> {
         plan: &Plan,
         pixels: u64,
         geometry: &Geometry,
+        textures: &Packed,
         spread: Spread,
     ) -> Result<(), Error> {
         let numbers = pixels * u64::from(plan.layout.film_channels());
         let real_bytes = plan.precision.real_bytes();
-        let mut sizes: Vec<(&str, u64)> =
-            plan.layout.buffers().map(|(id, name)| (name, size(id, plan, pixels, geometry, spread))).collect();
+        let mut sizes: Vec<(&str, u64)> = plan
+            .layout
+            .buffers()
+            .map(|(id, name)| (name, size(id, plan, pixels, geometry, textures, spread)))
+            .collect();
         sizes.push(("picture", numbers * real_bytes));
         // `resolve` holds the picture as it came and in f64.
         device.check_room(&sizes, numbers * (real_bytes + 8))
@@ -141,9 +149,9 @@ impl<'a> Wavefront<'a> {
         self.plan.precision
     }
 
-    fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry) -> Result<Buffer, Error> {
+    fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry, textures: &Packed) -> Result<Buffer, Error> {
         let device = self.device;
-        let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, self.spread));
+        let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, textures, self.spread));
         let reals = |data: &[f64]| upload_reals(device, name, data, self.precision());
         match id {
             BufferId::Path | BufferId::PathUint | BufferId::Queues => empty(),
@@ -151,6 +159,12 @@ impl<'a> Wavefront<'a> {
             BufferId::Counters => device.upload(name, &vec![0u32; self.plan.layout.counter_words()]),
             BufferId::Settings => device.upload(name, &self.settings),
             BufferId::Constants => reals(&constants(scene, self.plan)),
+            BufferId::Textures => device.upload(name, &textures.words),
+            BufferId::Messages => {
+                let mut messages = empty()?;
+                device.write(&mut messages, &[0, MESSAGE_WORDS])?;
+                Ok(messages)
+            }
             BufferId::Film => {
                 let mut film = empty()?;
                 device.clear(&mut film)?;
@@ -338,6 +352,15 @@ impl<'a> Wavefront<'a> {
         Ok(self.counts_of(&self.counters()?))
     }
 
+    /// The records of what shaders printed (kernels/osl/records.h; the points are numbers of materials), and how many words
+    /// of them were lost. The last record may not have fit either.
+    pub fn messages(&self) -> Result<(Vec<u32>, u64), Error> {
+        let Some(buffer) = self.buffers.get(&BufferId::Messages) else { return Ok((Vec::new(), 0)) };
+        let used = self.device.read::<u32>(buffer, 1)?[0];
+        let words: Vec<u32> = self.device.read(buffer, used.min(MESSAGE_WORDS) as usize + 2)?;
+        Ok((words[2..].to_vec(), u64::from(used.saturating_sub(MESSAGE_WORDS))))
+    }
+
     /// Writes the stages' times to the log.
     pub fn log_times(&self) {
         for (stage, (launches, time)) in self.times.iter().flat_map(|t| t.borrow().clone()) {
@@ -357,7 +380,7 @@ impl<'a> Wavefront<'a> {
 }
 
 /// Bytes of a buffer.
-fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, spread: Spread) -> u64 {
+fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, textures: &Packed, spread: Spread) -> u64 {
     let layout = &plan.layout;
     let paths = u64::from(spread.paths);
     let cells = u64::from(ENVIRONMENT_MAP_SIZE.0) * u64::from(ENVIRONMENT_MAP_SIZE.1);
@@ -387,6 +410,8 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, spread: Spread) ->
         BufferId::LightWords => words(g.lights.words.len()),
         BufferId::EnvironmentCells => reals(2 * cells),
         BufferId::EnvironmentAlias => 4 * cells,
+        BufferId::Messages => words(MESSAGE_WORDS as usize + 2),
+        BufferId::Textures => words(textures.words.len()),
     }
 }
 
@@ -444,9 +469,8 @@ fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting
 
 fn constants(scene: &Scene, plan: &Plan) -> Vec<f64> {
     let camera = &scene.camera;
-    let forward = (camera.target - camera.origin).normalize();
-    let right = forward.cross(camera.up).normalize();
-    let up = right.cross(forward);
+    let to_world = camera.to_world();
+    let [right, up, forward] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis, to_world.matrix3.z_axis];
     let tangent = (camera.hfov_degrees.to_radians() / 2.0).tan();
     let aspect = f64::from(scene.film.height) / f64::from(scene.film.width);
     let mut out = vec![0.0; Constant::total()];
@@ -461,16 +485,7 @@ fn constants(scene: &Scene, plan: &Plan) -> Vec<f64> {
     put(Constant::FocusDistance, &[camera.focus_distance]);
     put(Constant::Environment, &plan.constant_environment);
     if plan.has(Effect::CameraSpace) {
-        put(Constant::CameraSpace, &camera_space(camera.origin, right, up, forward));
+        put(Constant::CameraSpace, &[to_world, to_world.inverse()].map(|map| row_major(&map)).concat());
     }
-    out
-}
-
-/// Camera space to common space and back: x to the right, y up, z along the view. Row-major for row vectors.
-fn camera_space(origin: DVec3, x: DVec3, y: DVec3, z: DVec3) -> [f64; 32] {
-    let to_common = glam::DAffine3::from_mat3_translation(glam::DMat3::from_cols(x, y, z), origin);
-    let mut out = [0.0; 32];
-    out[..16].copy_from_slice(&crate::accel::row_major(&to_common));
-    out[16..].copy_from_slice(&crate::accel::row_major(&to_common.inverse()));
     out
 }

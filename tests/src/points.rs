@@ -38,6 +38,7 @@ pub fn grid(n: u32) -> Vec<Globals> {
             g.backfacing = (x + y) % 2 == 1;
             g.raytype = (1 << (x % 6)) | (1 << (y % 6));
             g.object_space = Space { to_common: object, from_common: from_object };
+            g.shader_space = Space { to_common: from_camera, from_common: camera };
             g.camera_space = Space { to_common: camera, from_common: from_camera };
             points.push(g);
         }

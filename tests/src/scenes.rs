@@ -25,6 +25,7 @@ pub fn empty() -> Scene {
         instances: Vec::new(),
         materials: Vec::new(),
         environment: None,
+        textures: Vec::new(),
     }
 }
 
@@ -36,6 +37,7 @@ pub fn material(scene: &mut Scene, source: &str, params: &[(&str, ParamValue)]) 
         path: PathBuf::from(format!("m{}.osl", id.0)),
         source: source.to_owned(),
         params: params.iter().map(|(n, v)| ((*n).to_owned(), v.clone())).collect(),
+        displacement: None,
     });
     id
 }

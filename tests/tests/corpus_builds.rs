@@ -96,8 +96,12 @@ fn compile(source: &Source) -> Result<Vec<Code>, Failure> {
 }
 
 fn build(device: &Device, group: &[Code], options: &str) -> Result<(), String> {
+    let says = group.iter().any(|c| c.code.contains("osl/records.h"));
     let lobes: BTreeSet<&String> = group.iter().flat_map(|c| &c.lobes).collect();
     let mut text: String = lobes.iter().map(|l| format!("#define HAS_LOBE_{}\n", l.to_uppercase())).collect();
+    if says {
+        text.insert_str(0, "#define HAS_MESSAGES\n");
+    }
     for one in group {
         text.push_str(&one.code);
         text.push('\n');

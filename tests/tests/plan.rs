@@ -45,6 +45,18 @@ fn each_effect_is_asked_for_by_what_needs_it() {
     );
     check(&wall_of("surface d() { Ci = raytype(\"camera\") * diffuse(N); }"), &["surfaces", "lobe_diffuse", "raytype"]);
     check(&wall_of("surface d() { Ci = holdout(); }"), &["surfaces", "holdout"]);
+    let mut scene = wall_of(DIFFUSE);
+    let by = material(&mut scene, "displacement d() { P += 0.1 * N; }", &[]);
+    scene.materials[0].displacement = Some(by);
+    check(&scene, &["surfaces", "lobe_diffuse", "displacement", "normals"]);
+    check(
+        &wall_of("surface d() { printf(\"%g\\n\", P); Ci = diffuse(N); }"),
+        &["surfaces", "lobe_diffuse", "messages"],
+    );
+    check(
+        &wall_of("surface d(int say = 0) { if (say) printf(\"x\"); Ci = diffuse(N); }"),
+        &["surfaces", "lobe_diffuse"],
+    );
 }
 
 #[test]

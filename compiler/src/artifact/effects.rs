@@ -41,6 +41,8 @@ pub struct State {
     pub backfacing: bool,
     /// `raytype`.
     pub raytype: bool,
+    /// The derivatives (`HAS_DERIVATIVES`).
+    pub derivatives: bool,
 }
 
 /// The findings.

@@ -11,6 +11,8 @@ pub use inputs::{Inputs, Slot};
 
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
+use crate::messages::{Decoder, Site};
+use crate::passes::{self, TextureUse};
 use crate::reflect::ShaderInfo;
 use serde::Serialize;
 
@@ -41,6 +43,8 @@ pub struct Artifact {
     pub state: State,
     /// Noise kinds in use: `perlin`, `uperlin`, `cell`, `hash`, `simplex`, `usimplex`.
     pub noise: Vec<String>,
+    /// Texture files that it can look up, by name.
+    pub textures: Vec<TextureUse>,
     /// Radiance that the front side emits.
     pub emission: Radiance,
     /// Radiance of the environment.
@@ -53,6 +57,11 @@ pub struct Artifact {
     pub outputs: Vec<Output>,
     /// What the renderer supplies beside the globals.
     pub inputs: Inputs,
+    /// The calls that print, by the number in their records. When there are any, the code needs `HAS_MESSAGES` defined and
+    /// the records' buffer in `ShaderGlobals` (kernels/osl/records.h).
+    pub sites: Vec<Site>,
+    /// The texts of the strings in the code, sorted.
+    pub strings: Vec<String>,
     /// Parameters, defaults and metadata as written; of a group those of its last layer.
     pub info: ShaderInfo,
 }
@@ -72,14 +81,23 @@ impl Artifact {
             globals: effects.globals,
             state: effects.state,
             noise: effects.noise,
+            // Names that are not known were refused by the passes.
+            textures: passes::textures(shader).unwrap_or_default(),
             emission: effects.emission,
             background: effects.background,
             has_transparent: effects.transparent,
             has_holdout: effects.holdout,
             outputs: code.outputs,
             inputs: inputs::of(shader),
+            sites: code.sites,
+            strings: code.strings,
             info,
         }
+    }
+
+    /// What turns the records that the code writes into messages. `more`: strings from elsewhere that may be among them.
+    pub fn decoder<'a>(&'a self, more: impl IntoIterator<Item = &'a String>) -> Decoder<'a> {
+        Decoder::new(&self.sites, self.strings.iter().chain(more))
     }
 
     /// As indented JSON: an object with the fields of [`Artifact`]. `emission` and `background` are `"none"`, `"varying"` or

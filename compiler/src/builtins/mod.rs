@@ -39,6 +39,8 @@ pub enum Lowering {
     Internal,
     /// As `Internal`, and the kernel function reads `ShaderGlobals`.
     InternalState,
+    /// As `Internal`, but a statement that is kept for what it does (see [`crate::messages`]).
+    InternalEffect,
     /// One IR call that the passes must get rid of, by folding it on the host or with the branch around it; one that stays
     /// is answered "not supported yet" (`passes::review`).
     Host,
@@ -51,7 +53,10 @@ pub enum Lowering {
 impl Lowering {
     /// Whether users can call it.
     pub fn is_public(self) -> bool {
-        !matches!(self, Lowering::Internal | Lowering::InternalState | Lowering::InternalHost)
+        !matches!(
+            self,
+            Lowering::Internal | Lowering::InternalState | Lowering::InternalEffect | Lowering::InternalHost
+        )
     }
 }
 
@@ -76,6 +81,11 @@ pub fn find(name: &str) -> Option<FuncId> {
 /// The row behind a handle.
 pub fn row(id: FuncId) -> &'static Row {
     &TABLE[id.0 as usize]
+}
+
+/// Whether a call does something beyond its results, so that it must stay, in its place among the others of its kind.
+pub fn has_effect(id: FuncId) -> bool {
+    row(id).lowering == Lowering::InternalEffect
 }
 
 /// The closure with this name.

@@ -6,7 +6,7 @@ use crate::ast;
 use crate::builtins::sig;
 use crate::diag::Diagnostic;
 use crate::reflect::{self, ShaderInfo};
-use crate::types::{Base, Extent, StructId, Traits, Type};
+use crate::types::{Base, Extent, StructId, Type};
 
 use super::scope::Symbol;
 
@@ -92,19 +92,8 @@ impl Checker {
             Some(init) => self.initial(init, ty, &format!("parameter `{}`", p.name.name)),
         };
         let ty = self.settle_extent(ty, init.as_ref());
-        let int = |name: &str| {
-            metadata.iter().rev().find_map(|m| match m.value {
-                Some(reflect::Value::Int(v)) if m.name == name => Some(v),
-                _ => None,
-            })
-        };
-        let interactive = int("interactive").is_some_and(|v| v != 0);
-        let varying = interactive || int("lockgeom") == Some(0) || int("interpolated").is_some_and(|v| v != 0);
-        let traits = Traits {
-            interactive,
-            unconnectable: int("allowconnect") == Some(0),
-            open: matches!(p.array, Some(ast::ArraySize::Unsized)),
-        };
+        let open = matches!(p.array, Some(ast::ArraySize::Unsized));
+        let (varying, traits) = reflect::hints(&metadata, open);
         let kind = VarKind::ShaderParam(index);
         let var = self.declare(&p.name, ty, kind, p.output);
         let fields = match ty.base {

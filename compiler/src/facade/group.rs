@@ -11,6 +11,7 @@ use crate::interp;
 use crate::ir::{Const, Shader};
 use crate::passes::{self, link};
 use crate::source::{FileId, SourceMap};
+use crate::textures::TextureAccess;
 use link::{Connection, Hints};
 use std::sync::Arc;
 
@@ -76,6 +77,7 @@ impl Group {
             layers: Vec::new(),
             connections: &self.connections,
             entry_layers: &self.entry_layers,
+            textures: options.textures.clone(),
         };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
@@ -119,6 +121,7 @@ pub(super) struct Parts<'a> {
     layers: Vec<Part<'a>>,
     connections: &'a [Connection],
     entry_layers: &'a [String],
+    textures: Option<TextureAccess>,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
@@ -133,7 +136,14 @@ impl<'a> Parts<'a> {
     /// A master alone.
     pub fn one(master: &'a Master, options: &Options) -> Parts<'a> {
         let settings = options.bindings.iter().map(|(name, value)| setting(name, value)).collect();
-        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[], entry_layers: &[] }
+        let textures = options.textures.clone();
+        Parts {
+            name: "",
+            layers: vec![Part { name: "", master, settings }],
+            connections: &[],
+            entry_layers: &[],
+            textures,
+        }
     }
 
     fn files(&self) -> Files {
@@ -201,7 +211,7 @@ impl<'a> Parts<'a> {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
             };
-            let warnings = passes::optimise(&mut shader, &[], &outputs)?;
+            let warnings = passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
@@ -248,8 +258,12 @@ impl<'a> Parts<'a> {
         let files = self.files();
         let work = || {
             let (mut shader, outputs) = self.link(&files, options, asked)?;
-            passes::optimise(&mut shader, &[], &outputs)?;
-            points.iter().map(|globals| outcome(&shader, &outputs, asked, globals)).collect()
+            passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
+            let with = |g: &interp::Globals| interp::Globals {
+                textures: g.textures.clone().or_else(|| self.textures.clone()),
+                ..g.clone()
+            };
+            points.iter().map(|globals| outcome(&shader, &outputs, asked, &with(globals))).collect()
         };
         let sources = files.sources.clone();
         match on_large_stack(work) {

@@ -11,6 +11,7 @@ mod geometric;
 mod hash;
 mod math;
 mod noise;
+mod noise_gabor;
 mod noise_gradient;
 mod noise_simplex;
 pub mod ops;
@@ -20,12 +21,14 @@ mod spline;
 mod state;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 pub use run::{Error, Outcome, Slot, run};
 pub use state::{Globals, Space};
 
 use crate::builtins::{self, FuncId};
 use crate::ir::{Const, Ty};
+use crate::text;
 
 /// The value of a built-in call on constants; `None` when it reads renderer state, is not known here, or has a result that
 /// the device should make itself: one that is not a finite 32-bit float.
@@ -59,6 +62,7 @@ fn call(name: &str, ret: Ty, args: &[Const]) -> Option<Const> {
         .or_else(|| noise::call(name, ret, args))
         .or_else(|| hash::call(name, args))
         .or_else(|| spline::call(name, args))
+        .or_else(|| text::call(name, args))
 }
 
 /// A built-in with output arguments: their values in order.

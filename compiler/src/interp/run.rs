@@ -3,9 +3,10 @@
 //! In: a verified shader without closure values (after `passes::optimise`), and [`Globals`]. Out: what its locals hold at
 //! the end. It recurses as deep as blocks nest. IR that is not as verified gives an error, never a panic.
 
-use super::{Globals, call, call_with_outputs, ops, state};
+use super::{Globals, call, call_with_outputs, ops, state, texture};
 use crate::builtins;
 use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, ValueId};
+use crate::messages::{self, Kind};
 
 /// Turns of all loops together before a run is given up.
 pub const MAX_TURNS: u64 = 1_000_000;
@@ -53,6 +54,8 @@ pub struct Outcome {
     locals: Vec<Const>,
     /// The shader's lobe slots, in order.
     pub slots: Vec<Slot>,
+    /// What it said, in order.
+    pub messages: Vec<(Kind, String)>,
 }
 
 impl Outcome {
@@ -81,6 +84,7 @@ struct Run<'a> {
     locals: Vec<Const>,
     values: Vec<Option<Const>>,
     turns: u64,
+    messages: Vec<(Kind, String)>,
 }
 
 /// Runs a shader on one point.
@@ -98,7 +102,8 @@ pub fn run(shader: &Shader, globals: &Globals) -> Result<Outcome, Error> {
         (_, Some(len)) => Const::Array(vec![empty(local.ty); len as usize]),
     };
     let locals = shader.locals.iter().map(start).collect();
-    let mut run = Run { shader, globals, locals, values: vec![None; shader.values.len()], turns: 0 };
+    let mut run =
+        Run { shader, globals, locals, values: vec![None; shader.values.len()], turns: 0, messages: Vec::new() };
     for block in shader.blocks() {
         run.block(block)?;
     }
@@ -116,7 +121,7 @@ pub fn run(shader: &Shader, globals: &Globals) -> Result<Outcome, Error> {
         }
         slots.push(Slot { weight, args });
     }
-    Ok(Outcome { locals: run.locals, slots })
+    Ok(Outcome { locals: run.locals, slots, messages: run.messages })
 }
 
 impl Run<'_> {
@@ -181,6 +186,11 @@ impl Run<'_> {
             Stmt::Call { func, args, outputs, result, .. } => {
                 let name = builtins::row(*func).name;
                 let args = self.args(args)?;
+                if name == "print" {
+                    let said = messages::said(&args).ok_or_else(|| self.malformed("a message of no kind"))?;
+                    self.messages.push(said);
+                    return Ok(Flow::On);
+                }
                 let unknown = || Error::Unknown { shader: self.shader.name.clone(), function: name.to_owned() };
                 if result.is_some() {
                     // No row of today returns a value beside its outputs.
@@ -251,6 +261,7 @@ impl Run<'_> {
                 let name = builtins::row(*func).name;
                 let args = self.args(args)?;
                 state::call(name, &args, self.globals)
+                    .or_else(|| texture::call(name, value.ty, &args, self.globals.textures.as_ref()))
                     .or_else(|| call(name, value.ty, &args))
                     .ok_or_else(|| Error::Unknown { shader: shader.name.clone(), function: name.to_owned() })
             }

@@ -55,12 +55,30 @@ pub struct Globals {
     pub raytype: i32,
     /// The object's space.
     pub object_space: Space,
+    /// The shader's own space.
+    pub shader_space: Space,
     /// The camera's space.
     pub camera_space: Space,
     /// Userdata that the geometry has here, by name.
     pub userdata: Vec<(String, Const)>,
     /// Values of interactive parameters, by the name of their [`Input`]; the others keep their defaults.
     pub interactive: Vec<(String, Const)>,
+    /// Who looks textures up.
+    pub textures: Option<crate::textures::TextureAccess>,
+    /// Screen, NDC, raster, then the renderer's own in the order of their names.
+    pub other_spaces: Vec<Space>,
+    /// Derivatives of P by the pixel's x and y.
+    pub dp: [[f64; 3]; 2],
+    /// Derivatives of I.
+    pub di: [[f64; 3]; 2],
+    /// Derivatives of Ps.
+    pub dps: [[f64; 3]; 2],
+    /// Derivatives of u.
+    pub du: [f64; 2],
+    /// Derivatives of v.
+    pub dv: [f64; 2],
+    /// Raster space and common space turn opposite ways.
+    pub flip_handedness: bool,
 }
 
 impl Globals {
@@ -106,12 +124,16 @@ impl Globals {
         }
     }
 
-    /// Spaces as `lower` numbers them: 0 common, 1 object, 2 shader (the object's), 3 camera.
+    /// Spaces as `lower` numbers them: 0 common, 1 object, 2 shader, 3 camera, from 4 on the others.
     fn space(&self, number: i32) -> Space {
         match number {
-            0 => Space::default(),
+            1 => self.object_space,
+            2 => self.shader_space,
             3 => self.camera_space,
-            _ => self.object_space,
+            n => {
+                let other = usize::try_from(n - 4).ok().and_then(|i| self.other_spaces.get(i));
+                other.copied().unwrap_or_default()
+            }
         }
     }
 }

@@ -192,7 +192,8 @@ pub struct Local {
 }
 
 /// A constant. Floats are kept in f64 and rounded by the target.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
 pub enum Const {
     /// `Int`
     Int(i32),

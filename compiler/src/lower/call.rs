@@ -96,15 +96,7 @@ impl Lower<'_> {
         match row.lowering {
             // Whether the call is ever reached is known after folding.
             Lowering::Host | Lowering::NotYet => {
-                // Closures and structs have no value that a format could show.
-                let odd = |a: &&Expr| matches!(a.ty.base, Base::Closure | Base::Struct(_));
-                if let Some(arg) = args.iter().find(odd) {
-                    let what = format!(
-                        "`{}` of a {}",
-                        row.name,
-                        if arg.ty.base == Base::Closure { "closure" } else { "struct" }
-                    );
-                    self.error(Diagnostic::not_yet("E3001", arg.span, what));
+                if !self.printable(row.name, args) {
                     return None;
                 }
                 self.direct(id, outputs, args, e)
@@ -112,6 +104,15 @@ impl Lower<'_> {
             Lowering::Special => self.special(row.name, formals, args, e),
             _ => self.direct(id, outputs, args, e),
         }
+    }
+
+    /// Whether the arguments have values that a format could show; says so if not.
+    pub(super) fn printable(&mut self, name: &str, args: &[Expr]) -> bool {
+        let odd = |a: &&Expr| matches!(a.ty.base, Base::Closure | Base::Struct(_));
+        let Some(arg) = args.iter().find(odd) else { return true };
+        let kind = if arg.ty.base == Base::Closure { "closure" } else { "struct" };
+        self.error(Diagnostic::not_yet("E3001", arg.span, format!("`{name}` of a {kind}")));
+        false
     }
 
     /// One IR call.

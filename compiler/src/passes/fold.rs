@@ -4,8 +4,7 @@
 //! constant elements of an array. Where branches meet, what both agree on stays; what a loop writes is forgotten before it.
 //! Identities are applied where they are exact; a closure scaled by the constant 0 is the null closure.
 
-use super::{text, unroll};
-use crate::builtins;
+use super::unroll;
 use crate::diag::Diagnostic;
 use crate::interp::{self, ops};
 use crate::ir::{
@@ -401,8 +400,7 @@ impl Folder<'_> {
                 }
             });
             let values = values.collect::<Option<Vec<_>>>()?;
-            let value = interp::fold_call(*func, ty, &values);
-            return value.or_else(|| text::call(builtins::row(*func).name, &values)).map(Simpler::Const);
+            return interp::fold_call(*func, ty, &values).map(Simpler::Const);
         }
         self.identity(inst, &args)
     }

@@ -1,9 +1,10 @@
 //! Drops what nothing needs: values, stores, locals, branches, loops, and slots whose weight is never set.
 //!
-//! What is needed: the weights and arguments of lobe slots, and the named output parameters. Handles are renumbered in
+//! What is needed: the weights and arguments of lobe slots, the named output parameters, and what is said to the host. Handles are renumbered in
 //! order of use, so that equal shaders print equally.
 
 use super::dead;
+use crate::builtins;
 use crate::interp::ops;
 use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Shader, SlotArg, Stmt, ValueId};
 
@@ -132,8 +133,8 @@ impl Live {
                 }
                 needed
             }
-            Stmt::Call { args, outputs, result, .. } => {
-                let needed = outputs.iter().chain(result).any(|l| self.locals[l.0 as usize]);
+            Stmt::Call { func, args, outputs, result, .. } => {
+                let needed = stays(*func) || outputs.iter().chain(result).any(|l| self.locals[l.0 as usize]);
                 if needed {
                     // All outputs are written, so all must exist.
                     outputs.iter().chain(result).for_each(|l| self.local(*l));
@@ -180,8 +181,8 @@ impl Live {
                         out.stmts.push(stmt);
                     }
                 }
-                Stmt::Call { ref outputs, ref result, .. } => {
-                    if outputs.iter().chain(result).any(|l| self.locals[l.0 as usize]) {
+                Stmt::Call { func, ref outputs, ref result, .. } => {
+                    if stays(func) || outputs.iter().chain(result).any(|l| self.locals[l.0 as usize]) {
                         out.stmts.push(stmt);
                     }
                 }
@@ -207,11 +208,19 @@ impl Live {
     }
 }
 
-/// Whether a loop writes something needed.
+/// Whether a call stays even when nothing needs its results.
+fn stays(func: builtins::FuncId) -> bool {
+    builtins::has_effect(func)
+}
+
+/// Whether a loop writes something needed or says something.
 fn has_effect(live: &Live, head: &Block, body: &Block, step: &Block) -> bool {
     let mut found = false;
     for block in [head, body, step] {
-        block.walk(&mut |s| s.written(&mut |l| found |= live.locals[l.0 as usize]));
+        block.walk(&mut |s| {
+            found |= matches!(s, Stmt::Call { func, .. } if stays(*func));
+            s.written(&mut |l| found |= live.locals[l.0 as usize]);
+        });
     }
     found
 }

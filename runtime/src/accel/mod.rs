@@ -89,7 +89,10 @@ impl Geometry {
 /// Whether a scene places some mesh more than once.
 pub fn shares_meshes(scene: &Scene) -> bool {
     let mut seen = vec![false; scene.meshes.len()];
-    scene.instances.iter().any(|i| std::mem::replace(&mut seen[i.mesh.0 as usize], true))
+    // What is displaced gets a mesh of its own.
+    let displaced = |i: &&Instance| scene.materials[i.material.0 as usize].displacement.is_some();
+    let mut shared = scene.instances.iter().filter(|i| !displaced(i));
+    shared.any(|i| std::mem::replace(&mut seen[i.mesh.0 as usize], true))
 }
 
 /// What geometry says of materials.

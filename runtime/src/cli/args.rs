@@ -39,6 +39,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Run a shader over a grid of points and write its output parameters.
     Shade(ShadeArgs),
+    /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
+    InstallTools(InstallToolsArgs),
 }
 
 /// How exact the arithmetic is.
@@ -195,6 +197,9 @@ pub struct ShadeArgs {
     /// Bind a parameter: a number, numbers with commas, or text; may be repeated.
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     pub param: Vec<String>,
+    /// A folder to look for textures in; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    pub textures: Vec<PathBuf>,
     /// OpenCL device: its number in `oslcl devices` or a part of its name.
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<String>,
@@ -204,6 +209,14 @@ pub struct ShadeArgs {
     /// Includes and macros.
     #[command(flatten)]
     pub source: SourceArgs,
+}
+
+/// Arguments of `oslcl install-tools`.
+#[derive(Debug, Args)]
+pub struct InstallToolsArgs {
+    /// The folder for the links; it is made when missing.
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {

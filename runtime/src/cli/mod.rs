@@ -16,6 +16,7 @@ mod report;
 mod shade;
 mod sources;
 pub mod terminal;
+pub mod tools;
 
 use args::{Cli, Command};
 use oslcl_runtime::device;
@@ -76,5 +77,6 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Shade(args) => shade::run(args),
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(args),
+        Command::InstallTools(args) => tools::install(&args.folder),
     }
 }

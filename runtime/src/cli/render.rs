@@ -10,9 +10,14 @@ use oslcl_runtime::precision::Precision;
 use oslcl_runtime::programs;
 use oslcl_runtime::render::{self, Options, Progress, Summary};
 use oslcl_runtime::scene::{self, Film, Scene};
+use oslcl_runtime::shade::Kind;
+use oslcl_runtime::told::Messages;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
+
+/// Most texts of materials that are shown.
+const MAX_TOLD: usize = 100;
 
 /// Steps of the progress bar.
 const STEPS: u64 = 1000;
@@ -35,6 +40,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
         for warning in &summary.warnings {
             terminal::say(warning);
         }
+        terminal::say(&told(&summary.messages));
         terminal::say(&describe(args, &scene, &summary));
     }
     Ok(())
@@ -97,6 +103,28 @@ fn show(bar: &ProgressBar, p: &Progress) {
 
 fn rays_per_second(counts: &oslcl_runtime::wavefront::Counts, time: Duration) -> f64 {
     (counts.rays + counts.shadow_rays) as f64 / time.as_secs_f64().max(1e-9)
+}
+
+/// What the materials printed: each text once.
+fn told(messages: &Messages) -> String {
+    let mut out = String::new();
+    for told in messages.told.iter().take(MAX_TOLD) {
+        let kind = match &told.kind {
+            Kind::Print => String::new(),
+            Kind::Error => "ERROR: ".to_owned(),
+            Kind::Warning => "WARNING: ".to_owned(),
+            Kind::File(name) => format!("{name}: "),
+        };
+        let times = if told.count == 1 { String::new() } else { format!(" ({} times)", told.count) };
+        let _ = writeln!(out, "material `{}`: {kind}{}{times}", told.material, told.text.trim_end());
+    }
+    if messages.told.len() > MAX_TOLD {
+        let _ = writeln!(out, "and {} other texts", messages.told.len() - MAX_TOLD);
+    }
+    if messages.lost_bytes > 0 {
+        let _ = writeln!(out, "no room for more: {} KiB of messages were lost", messages.lost_bytes.div_ceil(1024));
+    }
+    out
 }
 
 fn describe(args: &RenderArgs, scene: &Scene, s: &Summary) -> String {

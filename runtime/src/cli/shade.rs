@@ -8,9 +8,11 @@ use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::shade::{self, Grid, Plane};
+use oslcl_runtime::shade::{self, Grid, Kind, Message, Plane};
+use oslcl_runtime::textures::{self, Library};
 use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 impl From<PrecisionArg> for Precision {
     fn from(arg: PrecisionArg) -> Precision {
@@ -28,7 +30,10 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let source = sources::read_or_shipped(&args.shader)?;
     let options = sources::options(&source, &args.source);
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
-    let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
+    let search = args.textures.clone();
+    let library = Arc::new(Library::new(textures::Settings { search, automip: false }));
+    let bindings = params::bindings(&args.param, master.info())?;
+    let options = Options { bindings, textures: Some(library.access()), ..options };
     let mut outputs: Vec<String> = Vec::new();
     for (name, _) in &wanted {
         if !outputs.contains(name) {
@@ -43,7 +48,12 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let artifact = shade::compile(&master, &options, &outputs).map_err(|failure| report::report(&failure))?;
     let device = Device::open(args.device.as_deref())?;
     let precision = args.precision.into();
-    let planes = shade::run(&device, &artifact, Grid { width, height }, precision)?;
+    let shaded = shade::run_with(&device, &artifact, Grid::new(width, height), precision, &library)?;
+    for warning in &shaded.warnings {
+        terminal::say(&format!("warning: {warning}\n"));
+    }
+    let planes = shaded.planes;
+    terminal::print_with(|out| say(out, &shaded.messages))?;
     if wanted.is_empty() {
         return terminal::print_with(|out| print(out, &planes, precision));
     }
@@ -67,6 +77,19 @@ fn output(text: &str) -> Result<(String, PathBuf), Error> {
         return Err(wrong("the file's name has to end in .exr"));
     }
     Ok((name.to_owned(), PathBuf::from(file)))
+}
+
+/// What the shader said, as OSL's testshade shows it; `fprintf` with the file's name in front.
+fn say(out: &mut dyn Write, messages: &[Message]) -> io::Result<()> {
+    for message in messages {
+        match &message.kind {
+            Kind::Print => write!(out, "{}", message.text)?,
+            Kind::Error => writeln!(out, "ERROR: {}", message.text)?,
+            Kind::Warning => writeln!(out, "WARNING: {}", message.text)?,
+            Kind::File(name) => write!(out, "{name}:{}", message.text)?,
+        }
+    }
+    Ok(())
 }
 
 /// One line per output; on grids of several points one line per point and output, column and row first.

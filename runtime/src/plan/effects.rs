@@ -45,6 +45,7 @@ effects! {
     EnvironmentSampling: "environment_sampling", "environment sampled directly, by a map of its radiance";
     Roulette: "roulette", "Russian roulette";
     Instances: "instances", "meshes that are placed more than once: a second level of the tree";
+    Displacement: "displacement", "vertices moved by shaders before anything is built";
     Normals: "normals", "interpolated shading normals";
     Uvs: "uvs", "texture coordinates";
     Tangents: "tangents", "dPdu and dPdv";
@@ -52,6 +53,10 @@ effects! {
     ObjectSpace: "object_space", "object and shader space";
     CameraSpace: "camera_space", "camera space";
     RayType: "raytype", "raytype()";
+    Messages: "messages", "what shaders print";
+    Textures: "textures", "texture files";
+    TextureCubic: "texture_cubic", "cubic interpolation between texels";
+    TextureClosest: "texture_closest", "the closest texel alone";
     Holdout: "holdout", "holdout: an alpha channel";
     LobeDiffuse: "lobe_diffuse", "a lobe of the BSDFs";
     LobeOrenNayar: "lobe_oren_nayar", "a lobe of the BSDFs";
@@ -143,6 +148,12 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         let Some(code) = material.as_ref().filter(|_| used[index]) else { continue };
         let artifact = code;
         let who = who(scene, index);
+        if let Some(by) = scene.materials[index].displacement {
+            let asked = format!("{who}: displacement = {}", scene.materials[by.0 as usize].name);
+            // A bump gives normals to meshes that have none.
+            ask(Normals, asked.clone());
+            ask(Displacement, asked);
+        }
         for lobe in &artifact.lobes {
             if let Some(effect) = Effect::of_lobe(lobe) {
                 ask(effect, who.clone());
@@ -163,10 +174,12 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             (state.camera_space, CameraSpace),
             (state.raytype, RayType),
             (artifact.has_holdout, Holdout),
+            (!artifact.sites.is_empty(), Messages),
         ];
         for (_, effect) in asks.into_iter().filter(|(asked, _)| *asked) {
             ask(effect, who.clone());
         }
+        textures(artifact, &who, ask);
         for global in &artifact.globals {
             match *global {
                 "dPdu" | "dPdv" => {
@@ -188,6 +201,21 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
     }
 }
 
+/// Texture files, and the samples that are taken of them.
+fn textures(artifact: &Artifact, who: &str, ask: &mut dyn FnMut(Effect, String)) {
+    for texture in &artifact.textures {
+        let who = format!("{who}: {}", texture.file);
+        for interp in &texture.interps {
+            match *interp {
+                "cubic" | "smartcubic" => ask(TextureCubic, who.clone()),
+                "closest" => ask(TextureClosest, who.clone()),
+                _ => {}
+            }
+        }
+        ask(Textures, who);
+    }
+}
+
 fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, String)) {
     let Some(id) = scene.environment else { return };
     let Some(code) = &materials[id.0 as usize] else { return };
@@ -200,6 +228,10 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             if code.state.camera_space {
                 ask(CameraSpace, who.clone());
             }
+            if !code.sites.is_empty() {
+                ask(Messages, who.clone());
+            }
+            textures(code, &who, ask);
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());
             if !scene.instances.is_empty() {

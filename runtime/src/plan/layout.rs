@@ -87,6 +87,8 @@ pub enum BufferId {
     LightWords,
     EnvironmentCells,
     EnvironmentAlias,
+    Messages,
+    Textures,
 }
 
 /// Id, name in the kernels, C type, and which effects call for it (none: always).
@@ -115,6 +117,8 @@ const BUFFERS: &[BufferRow] = &[
     (BufferId::LightWords, "light_words", "__global const uint *", &[Lights]),
     (BufferId::EnvironmentCells, "environment_cells", "__global const real *", &[EnvironmentSampling]),
     (BufferId::EnvironmentAlias, "environment_alias", "__global const uint *", &[EnvironmentSampling]),
+    (BufferId::Messages, "messages", "__global uint *", &[Messages]),
+    (BufferId::Textures, "textures", "__global const uint *", &[Textures]),
 ];
 
 /// A setting: an unsigned int that kernels read.

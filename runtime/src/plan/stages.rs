@@ -123,6 +123,9 @@ fn of_material(
     mut macros: Vec<String>,
 ) -> ProgramPlan {
     macros.push(format!("MATERIAL_ENTRY {}", code.entry));
+    if !code.sites.is_empty() {
+        macros.push(format!("MATERIAL_NUMBER {}u", id.0));
+    }
     ProgramPlan {
         material: Some(id),
         label: format!("material `{}`", scene.materials[id.0 as usize].name),

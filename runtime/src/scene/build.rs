@@ -5,7 +5,7 @@
 use super::error::{Error, Location};
 use super::{Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene};
 use super::{geometry, shipped, transform};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
 impl Scene {
@@ -34,6 +34,7 @@ impl Scene {
             instances: Vec::new(),
             materials: Vec::new(),
             environment: None,
+            textures: Vec::new(),
         }
     }
 
@@ -83,6 +84,11 @@ impl Scene {
             true => Ok(()),
             false => Err(Error::BadHandle { object: object.to_string(), what, index, count }),
         };
+        for material in &self.materials {
+            if let Some(id) = material.displacement {
+                handle(&format!("material `{}`", material.name), "material", id.0, self.materials.len())?;
+            }
+        }
         for (i, instance) in self.instances.iter().enumerate() {
             let object = format!("instance {i}");
             handle(&object, "mesh", instance.mesh.0, self.meshes.len())?;
@@ -106,6 +112,14 @@ impl Camera {
             lens_radius: 0.0,
             focus_distance: origin.distance(target),
         }
+    }
+
+    /// Camera space to world space: x to the right, y up, z along the view.
+    pub fn to_world(&self) -> DAffine3 {
+        let forward = (self.target - self.origin).normalize();
+        let right = forward.cross(self.up).normalize();
+        let axes = DMat3::from_cols(right, right.cross(forward), forward);
+        DAffine3::from_mat3_translation(axes, self.origin)
     }
 
     pub(super) fn check(&self) -> Result<(), &'static str> {
@@ -179,7 +193,7 @@ impl Material {
     /// A material of OSL source text.
     pub fn from_source(name: &str, source: &str) -> Material {
         let path = PathBuf::from(format!("{name}.osl"));
-        Material { name: name.to_string(), path, source: source.to_string(), params: Vec::new() }
+        Material { name: name.to_string(), path, source: source.to_string(), params: Vec::new(), displacement: None }
     }
 
     /// The same with a parameter set.
@@ -189,10 +203,16 @@ impl Material {
         self
     }
 
+    /// The same with vertices moved by another material's displacement shader.
+    pub fn displaced_by(mut self, displacement: MaterialId) -> Material {
+        self.displacement = Some(displacement);
+        self
+    }
+
     /// For names that are known to be shipped; others make an empty shader, which the compiler refuses.
     pub(super) fn of_shipped(name: &str, shader: &str) -> Material {
         let path = PathBuf::from(format!("shaders-osl/{shader}.osl"));
         let source = shipped::shipped(shader).unwrap_or_default().to_string();
-        Material { name: name.to_string(), path, source, params: Vec::new() }
+        Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None }
     }
 }

@@ -29,7 +29,7 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
         cause: error.message().to_string(),
     })?;
     let root = Table::root(text, &document);
-    root.only(&["camera", "film", "integrator", "materials", "meshes", "instances", "environment"])?;
+    root.only(&["camera", "film", "integrator", "materials", "meshes", "instances", "environment", "textures"])?;
     let mut builder = Builder {
         scene: Scene::new(camera(&root.need("camera")?.table()?)?, Film::default()),
         materials: BTreeMap::new(),
@@ -46,12 +46,25 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
             let id = builder.scene.add_material(material::read(&value.table()?, name)?);
             builder.materials.insert(name.to_string(), id);
         }
+        for (name, value) in materials.table()?.entries() {
+            if let Some(displacement) = value.table()?.get("displacement") {
+                let id = builder.materials[name];
+                builder.scene.materials[id.0 as usize].displacement = Some(builder.material(&displacement)?);
+            }
+        }
     }
     for table in root.get("meshes").map_or(Ok(Vec::new()), |meshes| meshes.tables())? {
         builder.mesh(&table)?;
     }
     for table in root.get("instances").map_or(Ok(Vec::new()), |instances| instances.tables())? {
         builder.instance(&table)?;
+    }
+    let here = path.parent().unwrap_or(Path::new(""));
+    builder.scene.textures.push(here.to_path_buf());
+    if let Some(folders) = root.get("textures") {
+        for folder in folders.items().ok_or_else(|| folders.wrong_type("a list of folders"))? {
+            builder.scene.textures.push(here.join(folder.string()?));
+        }
     }
     if let Some(environment) = root.get("environment") {
         builder.scene.environment = Some(match environment.raw().as_str() {

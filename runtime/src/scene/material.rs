@@ -8,10 +8,11 @@ use super::{Material, ParamValue, group, shipped};
 use std::path::Path;
 use toml::de::DeValue;
 
-/// Reads `shader = "NAME or FILE.osl"`, `osl = "text"` or `group = "text"`, and `params`, which override the group's.
+/// Reads `shader = "NAME or FILE.osl"`, `osl = "text"` or `group = "text"`, and `params`, which override the group's. The
+/// caller, who knows all materials, reads `displacement`.
 pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
     const WAYS: [&str; 3] = ["shader", "osl", "group"];
-    table.only(&["shader", "osl", "group", "params"])?;
+    table.only(&["shader", "osl", "group", "params", "displacement"])?;
     let given: Vec<(&str, Value<'_>)> = WAYS.iter().filter_map(|key| Some((*key, table.get(key)?))).collect();
     let mut material = match given.as_slice() {
         [("shader", shader)] => by_name(shader, shader.string()?, name)?,
@@ -21,6 +22,7 @@ pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
             path: table.text.path.to_path_buf(),
             source: in_place(osl)?,
             params: Vec::new(),
+            displacement: None,
         },
         [] => {
             let cause = format!(
@@ -81,7 +83,7 @@ fn by_name(shader: &Value<'_>, wanted: &str, name: &str) -> Result<Material, Err
         path: path.clone(),
         cause: cause.to_string(),
     })?;
-    Ok(Material { name: name.to_string(), path, source, params: Vec::new() })
+    Ok(Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None })
 }
 
 fn param(value: &Value<'_>) -> Result<ParamValue, Error> {

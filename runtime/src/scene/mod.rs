@@ -42,6 +42,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// The material whose shader gives the radiance of rays that leave the scene; black without one.
     pub environment: Option<MaterialId>,
+    /// Folders that textures are looked for in, in order; then names are taken as they are.
+    pub textures: Vec<PathBuf>,
 }
 
 /// Index into [`Scene::meshes`].
@@ -128,6 +130,8 @@ pub struct Material {
     pub source: String,
     /// Parameter values by name.
     pub params: Vec<(String, ParamValue)>,
+    /// The material whose displacement shader moves the vertices of what has this one.
+    pub displacement: Option<MaterialId>,
 }
 
 /// A parameter value; how it fits the declared type is for the compiler to check.

@@ -5,7 +5,7 @@ use super::writer::Writer;
 use super::{Code, Output};
 use crate::builtins::{self, ClosureRole};
 use crate::diag::Diagnostic;
-use crate::ir::{LobeSlot, LocalId, Shader, SlotArg, Ty};
+use crate::ir::{Global, LobeSlot, LocalId, LocalKind, Shader, SlotArg, Ty};
 use crate::source::SourceMap;
 use crate::types::{Extent, Type};
 
@@ -85,35 +85,38 @@ fn lobe(w: &mut Writer, slot: &LobeSlot, weight: &str, only: bool) {
 /// Writes a grid function.
 pub(super) fn grid(shader: &Shader, names: &[String], lines: Option<&SourceMap>) -> Result<Code, Vec<Diagnostic>> {
     let mut errors = Vec::new();
-    let mut outputs: Vec<(Option<LocalId>, Output)> = Vec::new();
+    let mut outputs: Vec<(Source, Output)> = Vec::new();
     let mut offset = 0;
     for name in names {
-        let (local, ty, reals) = if name == "Ci" {
-            (None, "color".to_owned(), 3)
-        } else {
-            match output(shader, name) {
-                Ok((local, ty, reals)) => (Some(local), ty, reals),
-                Err(d) => {
-                    errors.push(d);
-                    continue;
-                }
+        let (source, ty, reals) = match output(shader, name) {
+            Ok(found) => found,
+            Err(d) => {
+                errors.push(d);
+                continue;
             }
         };
-        outputs.push((local, Output { name: name.clone(), ty, offset, reals }));
+        outputs.push((source, Output { name: name.clone(), ty, offset, reals }));
         offset += reals;
     }
     if !errors.is_empty() {
         return Err(errors);
     }
-    let results: Vec<LocalId> = outputs.iter().filter_map(|(l, _)| *l).collect();
+    let local = |source: &Source| match source {
+        Source::Local(l) => Some(*l),
+        Source::Field(_) | Source::Ci => None,
+    };
+    let results: Vec<LocalId> = outputs.iter().filter_map(|(s, _)| local(s)).collect();
     let mut w = Writer::new(shader, &results, lines);
     w.includes.insert("globals.h");
     body(&mut w);
     w.forget_line();
-    for (local, output) in &outputs {
-        match local {
-            Some(l) => store(&mut w, *l, output.offset),
-            None => {
+    for (source, output) in &outputs {
+        match source {
+            Source::Local(l) => store(&mut w, *l, output.offset),
+            Source::Field(g) => {
+                store_single(&mut w, Ty::Triple, &format!("sg->{}", g.name()), &output.offset.to_string());
+            }
+            Source::Ci => {
                 let weights: Vec<String> = shader.slots.iter().map(|s| w.load(s.weight).text).collect();
                 let sum = if weights.is_empty() { "(real3)(0.0)".to_owned() } else { weights.join(" + ") };
                 w.put(None, &format!("const real3 Ci{} = {sum};", output.offset));
@@ -125,8 +128,26 @@ pub(super) fn grid(shader: &Shader, names: &[String], lines: Option<&SourceMap>)
     finish(w, "grid", "real *outputs", list)
 }
 
-/// The local, type and size of an output parameter.
-fn output(shader: &Shader, name: &str) -> Result<(LocalId, String, u32), Diagnostic> {
+/// Where an output's value comes from.
+enum Source {
+    /// A parameter, or a global that the shader writes.
+    Local(LocalId),
+    /// A global that the shader leaves alone.
+    Field(Global),
+    /// The sum of all weights.
+    Ci,
+}
+
+/// Source, type and size of an output: a parameter, `Ci`, or what a displacement shader moves, `P` and `N`.
+fn output(shader: &Shader, name: &str) -> Result<(Source, String, u32), Diagnostic> {
+    if name == "Ci" {
+        return Ok((Source::Ci, "color".to_owned(), 3));
+    }
+    if let Some(global) = [Global::P, Global::N].into_iter().find(|g| g.name() == name) {
+        let local = shader.locals.iter().position(|l| l.kind == LocalKind::Global(global));
+        let source = local.map_or(Source::Field(global), |i| Source::Local(LocalId(i as u32)));
+        return Ok((source, if global == Global::P { "point" } else { "normal" }.to_owned(), 3));
+    }
     let Some(param) = shader.params.iter().find(|p| p.output && p.name == name) else {
         let d = Diagnostic::global("E4203", format!("shader `{}` has no output parameter `{name}`", shader.name));
         let all: Vec<&str> = shader.params.iter().filter(|p| p.output).map(|p| p.name.as_str()).take(12).collect();
@@ -152,7 +173,7 @@ fn output(shader: &Shader, name: &str) -> Result<(LocalId, String, u32), Diagnos
         (Extent::Scalar, None) => String::new(),
         (_, len) => format!("[{}]", len.unwrap_or(0)),
     };
-    Ok((param.local, format!("{}{length}", base.keyword()), width * local.len.unwrap_or(1)))
+    Ok((Source::Local(param.local), format!("{}{length}", base.keyword()), width * local.len.unwrap_or(1)))
 }
 
 /// Stores an output parameter from `outputs[offset]` on.
@@ -244,5 +265,7 @@ fn finish(w: Writer, prefix: &str, params: &str, outputs: Vec<Output>) -> Result
         let next = text.lines().count() + 2;
         text.push_str(&format!("#line {next} \"{entry}.cl\"\n"));
     }
-    Ok(Code { entry, text, includes, outputs })
+    let mut strings: Vec<String> = w.strings.into_values().collect();
+    strings.sort_unstable();
+    Ok(Code { entry, text, includes, outputs, sites: w.sites, strings })
 }

@@ -30,11 +30,13 @@ mod headers;
 mod inputs;
 mod literal;
 mod names;
+mod records;
 mod stmt;
 mod writer;
 
 use crate::diag::Diagnostic;
 use crate::ir::Shader;
+use crate::messages::Site;
 use crate::source::SourceMap;
 use serde::Serialize;
 
@@ -73,6 +75,10 @@ pub struct Code {
     pub includes: Vec<String>,
     /// Of a grid function.
     pub outputs: Vec<Output>,
+    /// The calls that print, by the number in their records.
+    pub sites: Vec<Site>,
+    /// The texts of the strings that the text holds, sorted.
+    pub strings: Vec<String>,
 }
 
 /// Writes a shader. With `lines`, `#line` directives lead from the text back to the OSL source.

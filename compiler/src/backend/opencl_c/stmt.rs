@@ -5,6 +5,7 @@
 
 use super::names::ctype;
 use super::writer::{LoopForm, Writer};
+use crate::builtins;
 use crate::ir::{Block, Const, Inst, LocalId, LocalKind, Loop, Stmt, Ty, ValueId};
 use crate::source::Span;
 
@@ -75,6 +76,7 @@ impl Writer<'_> {
                 let text = format!("for (int i = 0; i < {count}; i++) {}[i] = {element};", self.name(*to));
                 self.put(None, &text);
             }
+            Stmt::Call { func, args, span, .. } if builtins::has_effect(*func) => self.print(args, *span),
             Stmt::Call { func, args, outputs, result, span } => {
                 let result_ty = result.map(|l| self.shader.locals[l.0 as usize].ty);
                 let call = self.builtin(*func, args, outputs, result_ty);

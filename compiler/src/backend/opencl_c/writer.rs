@@ -11,6 +11,7 @@ use crate::backend::string_id;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, InputLayout, Inst, LocalId, LocalKind, Shader, Ty, UnaryOp, ValueId};
+use crate::messages::Site;
 use crate::source::{SourceMap, Span};
 use std::collections::{BTreeSet, HashMap, VecDeque};
 
@@ -107,7 +108,10 @@ pub(super) struct Writer<'a> {
     exprs: Vec<Option<Expr>>,
     pending: VecDeque<ValueId>,
     temps: u32,
-    strings: HashMap<u32, String>,
+    /// Texts of the strings written, by id.
+    pub strings: HashMap<u32, String>,
+    /// The calls that print.
+    pub sites: Vec<Site>,
     depth: usize,
 }
 
@@ -133,6 +137,7 @@ impl<'a> Writer<'a> {
             pending: VecDeque::new(),
             temps: 0,
             strings: HashMap::new(),
+            sites: Vec::new(),
             depth: 0,
         }
     }

@@ -9,7 +9,8 @@ use super::join::{self, Joined};
 use super::place::{self, Needs};
 use super::{Layer, Request, writes_others};
 use crate::builtins;
-use crate::ir::{Block, Const, Inst, Local, LocalId, LocalKind, Shader, Stmt, Ty, UnaryOp, Value, ValueId};
+use crate::ir::{Arg, Block, Const, Inst, Local, LocalId, LocalKind, Shader, Stmt, Ty, UnaryOp, Value, ValueId};
+use crate::messages;
 use crate::source::{FileId, Span};
 use std::collections::HashMap;
 
@@ -41,9 +42,9 @@ pub(super) fn compose(
     let mut blocks = Vec::with_capacity(count);
     for (index, layer) in layers.into_iter().enumerate() {
         facts.push(Facts {
-            has_effects: any_call(&layer.shader, &|_, outputs| !outputs),
+            has_effects: has_effects(&layer.shader),
             writes_globals: writes_globals(&layer.shader),
-            reports_errors: any_call(&layer.shader, &|name, _| name == "error"),
+            reports_errors: reports_errors(&layer.shader),
             feeds_others: wires.iter().any(|w| w.from.layer == index),
             has_outputs: outputs.iter().any(|(l, _)| *l == index),
         });
@@ -106,13 +107,27 @@ fn owners(joined: &Joined) -> Vec<Option<usize>> {
     joined.shader.locals.iter().map(owner).collect()
 }
 
-/// Whether some call satisfies a test of its name and of whether it writes to anything.
-fn any_call(shader: &Shader, test: &dyn Fn(&str, bool) -> bool) -> bool {
+/// Whether it does what can be seen beside its outputs.
+fn has_effects(shader: &Shader) -> bool {
     let mut found = false;
     for block in shader.blocks() {
         block.walk(&mut |s| {
-            if let Stmt::Call { func, outputs, result, .. } = s {
-                found |= test(builtins::row(*func).name, !outputs.is_empty() || result.is_some());
+            found |= matches!(s, Stmt::Call { outputs, result, .. } if outputs.is_empty() && result.is_none());
+        });
+    }
+    found
+}
+
+/// Whether it may call `error`.
+fn reports_errors(shader: &Shader) -> bool {
+    let mut found = false;
+    for block in shader.blocks() {
+        block.walk(&mut |s| {
+            if let Stmt::Call { func, args, .. } = s
+                && builtins::row(*func).name == "print"
+                && let Some(Arg::Value(code)) = args.first()
+            {
+                found |= shader.values[code.0 as usize].inst == Inst::Const(Const::Int(messages::code::ERROR));
             }
         });
     }

@@ -1,0 +1,43 @@
+// Runs a displacement shader at the vertices of a mesh.
+// In: DISPLACE_ENTRY, a grid function with the outputs P and N that the compiler wrote; the generated text stands before this
+// one. Per vertex 14 reals: P and N in common space, dPdu, dPdv, and u, v. Out per vertex 6 reals: how far P moved, and N.
+#include "globals.h"
+#include "maths.h"
+
+#define VERTEX_REALS 14
+
+__kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_z, __global const real *spaces,
+                       __global const real *vertices, __global real *outputs
+#ifdef HAS_TEXTURES
+                       , __global const uint *textures
+#endif
+                       )
+{
+    const uint i = (uint)get_global_id(0);
+    if (i >= count) return;
+    __global const real *vertex = vertices + (size_t)VERTEX_REALS * (first + i);
+    ShaderGlobals sg;
+    sg.P = vload3(0, vertex);
+    sg.N = sg.Ng = vload3(1, vertex);
+    sg.dPdu = vload3(2, vertex);
+    sg.dPdv = vload3(3, vertex);
+    sg.u = vertex[12];
+    sg.v = vertex[13];
+    sg.I = sg.P - (real3)(eye_x, eye_y, eye_z);
+    const real far = length(sg.I);
+    sg.I = far > 0 ? sg.I / far : -sg.N;
+    sg.Ps = sg.dPdtime = (real3)(0);
+    sg.time = sg.dtime = 0;
+    sg.surfacearea = 0;
+    sg.backfacing = 0;
+    sg.raytype = 0;
+    sg.object_space = spaces;
+    sg.camera_space = spaces + 32;
+#ifdef HAS_TEXTURES
+    sg.textures = textures;
+#endif
+    real values[6];
+    DISPLACE_ENTRY(&sg, values);
+    vstore3((real3)(values[0], values[1], values[2]) - sg.P, 2 * (size_t)i, outputs);
+    vstore3((real3)(values[3], values[4], values[5]), 2 * (size_t)i + 1, outputs);
+}

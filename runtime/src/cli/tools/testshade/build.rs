@@ -1,0 +1,162 @@
+//! The shader group that testshade's arguments describe.
+//!
+//! In: [`Args`]. Out: a [`Group`] and what changes later. It must not know how groups run.
+
+use super::super::super::args::SourceArgs;
+use super::super::super::sources::{self, Folders};
+use super::super::super::{Error, report};
+use super::args::{Args, Setup, Value};
+use oslcl_compiler::{Binding, Bound, Connection, Group, Hints, Layer, Master, Options};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Finds shaders by name: each is compiled once.
+pub struct Shaders {
+    folders: Vec<PathBuf>,
+    from_source: bool,
+    known: std::cell::RefCell<HashMap<String, Arc<Master>>>,
+}
+
+impl Shaders {
+    /// Looks beside the working folder and in `searchpath:shader`.
+    pub fn new(args: &Args) -> Shaders {
+        let path = args.options.iter().find(|(name, _)| name == "searchpath:shader").map_or("", |(_, path)| path);
+        let folders = path.split(':').filter(|p| !p.is_empty()).map(PathBuf::from);
+        let folders = std::iter::once(PathBuf::new()).chain(folders).collect();
+        Shaders { folders, from_source: args.from_source, known: Default::default() }
+    }
+
+    /// The shader of this name.
+    pub fn get(&self, name: &str) -> Result<Arc<Master>, Error> {
+        if let Some(master) = self.known.borrow().get(name) {
+            return Ok(master.clone());
+        }
+        let master = Arc::new(self.load(name)?);
+        self.known.borrow_mut().insert(name.to_owned(), master.clone());
+        Ok(master)
+    }
+
+    fn load(&self, name: &str) -> Result<Master, Error> {
+        let file = format!("{}.osl", name.trim_end_matches(".osl").trim_end_matches(".oso"));
+        let path = self.folders.iter().map(|f| f.join(&file)).find(|p| p.is_file());
+        let source = sources::read_or_shipped(path.as_deref().unwrap_or(Path::new(name)))?;
+        compile(&source.text, &source.name)
+    }
+}
+
+/// Compiles a source, with its folder's includes.
+fn compile(text: &str, name: &str) -> Result<Master, Error> {
+    let settings = SourceArgs { include: Vec::new(), define: Vec::new() };
+    let options = Options { file_name: name.to_owned(), ..Options::default() };
+    report::master(text, &options, &Folders::new(&settings))
+}
+
+/// What the arguments describe.
+pub struct Built {
+    /// The group.
+    pub group: Group,
+    /// Values that change after the first iteration, by layer.
+    pub later: Vec<(String, Value)>,
+}
+
+/// Builds the group.
+pub fn build(args: &Args, shaders: &Shaders) -> Result<Built, Error> {
+    let usage = |message: String| Error::Usage(format!("testshade: {message}"));
+    let mut group = Group { name: args.group_name.clone().unwrap_or_default(), ..Group::default() };
+    let mut later = Vec::new();
+    let mut layer_name = None;
+    let mut pending: Vec<Bound> = Vec::new();
+    let mut expressions = 0;
+    for step in &args.setup {
+        let (name, layer, master) = match step {
+            Setup::Layer(name) => {
+                layer_name = Some(name.clone());
+                continue;
+            }
+            Setup::Param(value) => {
+                pending.push(bound(value));
+                continue;
+            }
+            Setup::Connect([from_layer, from, to_layer, to]) => {
+                group.connections.push(Connection {
+                    from_layer: from_layer.clone(),
+                    from: from.clone(),
+                    to_layer: to_layer.clone(),
+                    to: to.clone(),
+                });
+                continue;
+            }
+            Setup::Reparam(layer, value) => {
+                later.push((layer.clone(), value.clone()));
+                continue;
+            }
+            Setup::Group(_) => return Err(usage("option `-group` is not supported yet".to_owned())),
+            Setup::Shader(name, layer) => (name.clone(), layer.clone(), shaders.get(name)?),
+            Setup::Expression(code) => {
+                let name = format!("expr_{expressions}");
+                expressions += 1;
+                let text = expression(&name, code);
+                if args.verbose {
+                    super::terminal::print(&format!("Expression-based shader text is:\n---\n{text}---\n"))?;
+                }
+                let master = Arc::new(compile(&text, &format!("{name}.osl"))?);
+                (name, None, master)
+            }
+        };
+        let name = layer.or(layer_name.take()).unwrap_or_else(|| format!("{name}_{}", group.layers.len()));
+        group.layers.push(Layer { name, master, bindings: std::mem::take(&mut pending) });
+    }
+    if let Some(first) = pending.first() {
+        let message = format!("`{}` belongs to no shader: -param stands before the shader that it is for", first.name);
+        return Err(usage(message));
+    }
+    if group.layers.is_empty() {
+        return Err(usage("no shader or group was named".to_owned()));
+    }
+    group.entry_layers = args.entries.clone();
+    let layer_of = |output: &String| output.split_once('.').map(|(layer, _)| layer.to_owned());
+    group.entry_layers.extend(args.entry_outputs.iter().filter_map(layer_of));
+    Ok(Built { group, later })
+}
+
+fn bound(value: &Value) -> Bound {
+    let hints = Hints { lockgeom: None, interpolated: value.interpolated, interactive: value.interactive };
+    Bound { name: value.name.clone(), value: value.value.clone(), hints }
+}
+
+/// A shader around statements that set `result` and `alpha`.
+fn expression(name: &str, code: &str) -> String {
+    format!(
+        "shader {name} (\n    float s = u [[ int interpolated=1 ]],\n    float t = v [[ int interpolated=1 ]],\n    \
+         output color result = 0,\n    output float alpha = 1,\n  )\n{{\n    {code}\n    ;\n}}\n"
+    )
+}
+
+/// The group as text that reads back as the same group (OSL specification ch. 9).
+pub fn text(group: &Group) -> String {
+    let mut out = String::new();
+    for layer in &group.layers {
+        let info = layer.master.info();
+        for bound in &layer.bindings {
+            let ty = info.params.iter().find(|p| p.name == bound.name).map_or("float", |p| p.ty.as_str());
+            out.push_str(&format!("param {ty} {} {} ;\n", bound.name, value_text(&bound.value)));
+        }
+        out.push_str(&format!("shader {} {} ;\n", info.name, layer.name));
+    }
+    for c in &group.connections {
+        out.push_str(&format!("connect {}.{} {}.{} ;\n", c.from_layer, c.from, c.to_layer, c.to));
+    }
+    out
+}
+
+fn value_text(value: &Binding) -> String {
+    let numbers = |list: &[f64]| list.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    match value {
+        Binding::Int(v) => v.to_string(),
+        Binding::Float(v) => v.to_string(),
+        Binding::Str(s) => format!("{s:?}"),
+        Binding::Floats(list) => numbers(list),
+        Binding::Strs(list) => list.iter().map(|s| format!("{s:?}")).collect::<Vec<_>>().join(" "),
+    }
+}

@@ -1,0 +1,182 @@
+//! `testshade`: runs a shader or a group of shaders over a grid of points, as the reference implementation's tool of that name.
+//!
+//! In: the command line. Out: what the shaders print, the values of outputs as text or as pictures. It prints what the
+//! reference's tool prints, in its order, so that scripts that read one can read the other.
+
+mod args;
+mod build;
+mod said;
+
+use super::super::{Error, report, terminal};
+use args::Args;
+use build::Shaders;
+use oslcl_compiler::{Group, Options};
+use oslcl_runtime::device::Device;
+use oslcl_runtime::film::raster::{self, Raster};
+use oslcl_runtime::precision::Precision;
+use oslcl_runtime::shade::{self, Grid, Plane};
+use oslcl_runtime::textures::{self, Library};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+/// Runs the tool.
+pub fn run(words: &[String]) -> Result<ExitCode, Error> {
+    let args = args::parse(words).map_err(|e| Error::Usage(format!("testshade: {e}")))?;
+    if args.version {
+        terminal::print(concat!("testshade (oslcl ", env!("CARGO_PKG_VERSION"), ")\n"))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    if args.help || words.is_empty() {
+        terminal::print(&args::help())?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let built = build::build(&args, &Shaders::new(&args))?;
+    let group = built.group;
+    for connection in &group.connections {
+        let (from, to) = (format!("{}.{}", connection.from_layer, connection.from), &connection.to_layer);
+        terminal::print(&format!("Connect {from} to {to}.{}\n", connection.to))?;
+    }
+    if args.verbose || args.query {
+        terminal::print(&describe(&args, &group))?;
+    }
+    if !args.outputs.is_empty() {
+        terminal::print("\n")?;
+    }
+    let outputs = outputs(&args, &group)?;
+    shade(&args, &group, &outputs)?;
+    if args.outputs.is_empty() || matches!(args.outputs.as_slice(), [(_, file)] if file == "null") {
+        terminal::print("\n")?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The group as text, and its layers; with `--oslquery` their parameters too.
+fn describe(args: &Args, group: &Group) -> String {
+    let mut out = format!("Shader group:\n---\n{}\n---\n\n", build::text(group));
+    let name = args.group_name.clone().unwrap_or_else(|| "unnamed_group_1".to_owned());
+    let _ = writeln!(out, "Shader group \"{name}\" layers are:");
+    for layer in &group.layers {
+        let _ = writeln!(out, "    {}", layer.name);
+        if args.query {
+            for param in &layer.master.info().params {
+                let output = if param.output { "output " } else { "" };
+                let _ = writeln!(out, "\t{output}{} {}", param.ty, param.name);
+            }
+        }
+    }
+    out.push('\n');
+    out
+}
+
+/// The outputs that some layer has, of those asked for: the name and the file. Others are passed over without a word, as in
+/// the reference's tool.
+fn outputs(args: &Args, group: &Group) -> Result<Vec<(String, String)>, Error> {
+    let mut found = Vec::new();
+    let cout = [("Cout".to_owned(), "null".to_owned())];
+    let asked = if args.outputs.is_empty() { &cout[..] } else { &args.outputs };
+    for (name, file) in asked {
+        let (layer, param) = name.split_once('.').unwrap_or(("", name));
+        let has = |l: &&oslcl_compiler::Layer| {
+            (layer.is_empty() || l.name == layer)
+                && l.master.info().params.iter().any(|p| p.output && p.name == param && !p.ty.starts_with("string"))
+        };
+        if group.layers.iter().rev().any(|l| has(&l)) {
+            if file != "null" {
+                terminal::print(&format!("Output {name} to {file}\n"))?;
+            }
+            found.push((name.clone(), file.clone()));
+        }
+    }
+    Ok(found)
+}
+
+/// Compiles and runs the group, prints and writes.
+fn shade(args: &Args, group: &Group, outputs: &[(String, String)]) -> Result<(), Error> {
+    let names: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
+    let library = Arc::new(Library::new(textures(args)));
+    let entry = oslcl_compiler::Entry::Grid(names);
+    let options = Options { entry, textures: Some(library.access()), ..Options::default() };
+    let output = group.instance(&options).map_err(|failure| report::report(&failure))?;
+    report::show(&output.sources, &output.warnings);
+    if outputs.is_empty() && output.artifact.sites.is_empty() {
+        return Ok(());
+    }
+    let device = Device::open(args.device.as_deref())?;
+    let shaded = shade::run_with(&device, &output.artifact, grid(args), Precision::Standard, &library)?;
+    for warning in &shaded.warnings {
+        terminal::say(&format!("WARNING: {warning}\n"));
+    }
+    let planes = shaded.planes;
+    if args.print {
+        terminal::print(&values(&planes))?;
+    }
+    said::say(args, &shaded.messages)?;
+    if args.print {
+        return Ok(());
+    }
+    for (plane, (_, file)) in planes.iter().zip(outputs).filter(|(_, (_, file))| file != "null") {
+        raster::write(Path::new(file), &picture(plane), args.depth)?;
+    }
+    Ok(())
+}
+
+/// Ray types by name, with their bits in `ShaderGlobals.raytype` (kernels/globals.h).
+const RAY_TYPES: [(&str, u32); 6] =
+    [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
+
+/// Where textures are and how they are read: `searchpath:texture` of `--options`, `searchpath` and `automip` of `--texoptions`.
+fn textures(args: &Args) -> textures::Settings {
+    let value = |name: &str| args.options.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v.as_str());
+    let folders = value("searchpath:texture").or_else(|| value("searchpath")).unwrap_or("");
+    let search = folders.split([':', ';', ',']).filter(|f| !f.is_empty()).map(PathBuf::from).collect();
+    textures::Settings { search, automip: value("automip").is_some_and(|v| v != "0") }
+}
+
+/// The points.
+fn grid(args: &Args) -> Grid {
+    let [width, height] = args.grid;
+    let [vary_pdxdy, vary_udxdy, vary_vdxdy] = args.vary;
+    Grid {
+        center: args.center,
+        vary_pdxdy,
+        vary_udxdy,
+        vary_vdxdy,
+        scale_uv: args.scale.map(|x| x as f32),
+        offset_uv: args.offset.map(|x| x as f32),
+        // As in the reference's tool, an unknown type is none.
+        raytype: RAY_TYPES.iter().find(|(name, _)| *name == args.raytype).map_or(0, |(_, bit)| *bit),
+        ..Grid::new(width, height)
+    }
+}
+
+/// The values of all outputs, point by point.
+fn values(planes: &[Plane]) -> String {
+    let mut out = String::new();
+    let Some(grid) = planes.first().map(|p| p.grid) else { return out };
+    for y in 0..grid.height {
+        for x in 0..grid.width {
+            let _ = writeln!(out, "Pixel ({x}, {y}):");
+            for plane in planes {
+                let name = plane.name.split('.').next_back().unwrap_or(&plane.name);
+                let _ = write!(out, "  {name} :");
+                for value in plane.point(x, y) {
+                    let _ = write!(out, " {value}");
+                }
+                out.push('\n');
+            }
+        }
+    }
+    out
+}
+
+/// An output as a picture.
+fn picture(plane: &Plane) -> Raster {
+    Raster {
+        width: plane.grid.width as usize,
+        height: plane.grid.height as usize,
+        channels: plane.channels as usize,
+        data: plane.data.iter().map(|v| *v as f32).collect(),
+    }
+}

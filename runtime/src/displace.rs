@@ -1,0 +1,295 @@
+//! Moves the vertices of meshes as their displacement shaders say, before anything is built from them.
+//!
+//! In: a scene, the artifacts of its displacement shaders. Out: the scene with a mesh of its own for each placed mesh that is
+//! displaced. A shader sees the vertices in common space, with dPdu and dPdv averaged over the triangles around, and
+//! u and v; what it leaves in P is where the vertex goes. Where P stayed everywhere, N is the new shading normal (a bump);
+//! else normals are those of the displaced surface. The subdivision of the mesh is the detail there is: nothing is subdivided.
+//! It must not know how rays find surfaces.
+
+use crate::accel::row_major;
+use crate::assemble;
+use crate::device::{self, Arg, Buffer, Device, Plain, Program};
+use crate::materials::Compiled;
+use crate::precision::Precision;
+use crate::scene::{DAffine3, DVec3, Mesh, MeshId, Scene, Vec3};
+use crate::textures;
+use oslcl_compiler::Artifact;
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// Outputs of the grid function that [`apply`] takes, in this order.
+pub const OUTPUTS: [&str; 2] = ["P", "N"];
+
+/// Reals per vertex that the kernel reads: VERTEX_REALS of kernels/stages/displace.cl.
+const VERTEX_REALS: usize = 14;
+
+/// Work-items of a group.
+const GROUP: usize = 64;
+
+/// Vertices of a launch: bounds the device memory.
+const BAND: usize = 1 << 20;
+
+/// Why a surface can't be displaced.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The device refuses.
+    #[error(transparent)]
+    Device(#[from] device::Error),
+    /// The generated code includes an unknown header.
+    #[error(transparent)]
+    Assemble(#[from] assemble::Error),
+    /// The textures can't be held.
+    #[error(transparent)]
+    Textures(#[from] textures::Error),
+    /// The shader moved a vertex to no place.
+    #[error(
+        "mesh `{mesh}`: its displacement shader `{shader}` moves vertex {vertex} to a place that is not finite\n  \
+         help: look for divisions by zero or roots of negative numbers at P = ({}, {}, {})", at.x, at.y, at.z
+    )]
+    NotFinite {
+        /// The mesh.
+        mesh: String,
+        /// The shader.
+        shader: String,
+        /// Which vertex.
+        vertex: usize,
+        /// Where it was, world space.
+        at: DVec3,
+    },
+}
+
+/// Displaces all that has a displacement shader. A scene where nothing
+/// is displaced comes back as it is.
+pub fn apply<'a>(
+    scene: &'a Scene,
+    compiled: &Compiled,
+    device: &Device,
+    precision: Precision,
+) -> Result<Cow<'a, Scene>, Error> {
+    let artifacts = &compiled.displacements;
+    let shader_of = |material: usize| artifacts.get(material).and_then(Option::as_ref);
+    if scene.instances.iter().all(|i| shader_of(i.material.0 as usize).is_none()) {
+        return Ok(Cow::Borrowed(scene));
+    }
+    let _span = tracing::info_span!("displace").entered();
+    let files = artifacts.iter().flatten().flat_map(|a| a.textures.iter().map(|t| t.file.as_str()));
+    let packed = textures::pack(&compiled.textures, files)?;
+    let packed = device.upload("textures", &packed.words)?;
+    let mut programs = HashMap::new();
+    let mut out = scene.clone();
+    for index in 0..scene.instances.len() {
+        let instance = &scene.instances[index];
+        let Some(artifact) = shader_of(instance.material.0 as usize) else { continue };
+        if !programs.contains_key(&artifact.entry) {
+            programs.insert(artifact.entry.clone(), build(device, artifact, precision)?);
+        }
+        let mesh = &scene.meshes[instance.mesh.0 as usize];
+        let job = Job { mesh, transform: instance.transform, eye: scene.camera.origin, artifact, textures: &packed };
+        let moved = match precision.is_double() {
+            true => job.run::<f64>(device, &programs[&artifact.entry], scene)?,
+            false => job.run::<f32>(device, &programs[&artifact.entry], scene)?,
+        };
+        out.meshes.push(moved);
+        out.instances[index].mesh = MeshId(out.meshes.len() as u32 - 1);
+    }
+    Ok(Cow::Owned(out))
+}
+
+/// The shader's text with the kernel behind it, built.
+fn build(device: &Device, artifact: &Artifact, precision: Precision) -> Result<Program, Error> {
+    let macros: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
+    let text = format!(
+        "{macros}{}\n#define DISPLACE_ENTRY {}\n#include \"stages/displace.cl\"\n",
+        artifact.code, artifact.entry
+    );
+    let source = assemble::assemble(&format!("{}.cl", artifact.entry), &text)?;
+    Ok(Program::build(device, &artifact.name, &source, precision.build_options())?)
+}
+
+/// A float of the device.
+trait Real: Plain + Into<f64> {
+    fn of(value: f64) -> Self;
+    fn arg(value: f64) -> Arg<'static>;
+}
+
+impl Real for f32 {
+    fn of(value: f64) -> f32 {
+        value as f32
+    }
+    fn arg(value: f64) -> Arg<'static> {
+        Arg::F32(value as f32)
+    }
+}
+
+impl Real for f64 {
+    fn of(value: f64) -> f64 {
+        value
+    }
+    fn arg(value: f64) -> Arg<'static> {
+        Arg::F64(value)
+    }
+}
+
+/// One placed mesh to displace.
+struct Job<'a> {
+    mesh: &'a Mesh,
+    transform: DAffine3,
+    eye: DVec3,
+    artifact: &'a Artifact,
+    textures: &'a Buffer,
+}
+
+/// A vertex as the shader sees it, world space.
+#[derive(Clone, Copy)]
+struct Vertex {
+    p: DVec3,
+    n: DVec3,
+    dpdu: DVec3,
+    dpdv: DVec3,
+}
+
+impl Job<'_> {
+    /// The displaced mesh, in object space.
+    fn run<T: Real>(&self, device: &Device, program: &Program, scene: &Scene) -> Result<Mesh, Error> {
+        let vertices = self.vertices();
+        let mut reals: Vec<T> = Vec::with_capacity(vertices.len() * VERTEX_REALS);
+        for (i, v) in vertices.iter().enumerate() {
+            let triples = [v.p, v.n, v.dpdu, v.dpdv].map(|t| t.to_array());
+            reals.extend(triples.iter().flatten().map(|x| T::of(*x)));
+            let uv = self.mesh.uvs.get(i).copied().unwrap_or_default();
+            reals.extend([T::of(f64::from(uv.x)), T::of(f64::from(uv.y))]);
+        }
+        let mut spaces: Vec<T> = Vec::with_capacity(64);
+        let camera = scene.camera.to_world();
+        for map in [self.transform, self.transform.inverse(), camera, camera.inverse()] {
+            spaces.extend(row_major(&map).map(T::of));
+        }
+        let (spaces, inputs) = (device.upload("spaces", &spaces)?, device.upload("vertices", &reals)?);
+        let kernel = program.kernel(device, "displace")?;
+        let band = vertices.len().min(BAND);
+        let outputs = device.buffer("displaced vertices", (band * 6 * size_of::<T>()) as u64)?;
+        let mut results: Vec<f64> = Vec::with_capacity(vertices.len() * 6);
+        while results.len() < vertices.len() * 6 {
+            let first = results.len() / 6;
+            let count = band.min(vertices.len() - first);
+            let [x, y, z] = self.eye.to_array().map(T::arg);
+            let mut args = vec![
+                Arg::U32(first as u32),
+                Arg::U32(count as u32),
+                x,
+                y,
+                z,
+                Arg::Buffer(&spaces),
+                Arg::Buffer(&inputs),
+                Arg::Buffer(&outputs),
+            ];
+            if !self.artifact.textures.is_empty() {
+                args.push(Arg::Buffer(self.textures));
+            }
+            kernel.launch(device, &args, count.next_multiple_of(GROUP), GROUP)?;
+            results.extend(device.read::<T>(&outputs, count * 6)?.into_iter().map(Into::<f64>::into));
+        }
+        self.moved(&vertices, &results)
+    }
+
+    /// The mesh's vertices in world space.
+    fn vertices(&self) -> Vec<Vertex> {
+        let zero = Vertex { p: DVec3::ZERO, n: DVec3::ZERO, dpdu: DVec3::ZERO, dpdv: DVec3::ZERO };
+        let mut out = vec![zero; self.mesh.positions.len()];
+        for (v, p) in out.iter_mut().zip(&self.mesh.positions) {
+            v.p = self.transform.transform_point3(p.as_dvec3());
+        }
+        let flat = self.mesh.normals.is_empty();
+        for triangle in &self.mesh.triangles {
+            let corners = triangle.map(|i| i as usize);
+            let [a, b, c] = corners.map(|i| out[i].p);
+            let (e1, e2) = (b - a, c - a);
+            let uv = corners.map(|i| self.mesh.uvs.get(i).copied().unwrap_or_default().as_dvec2());
+            let (d1, d2) = (uv[1] - uv[0], uv[2] - uv[0]);
+            let det = d1.x * d2.y - d1.y * d2.x;
+            for i in corners {
+                if det != 0.0 {
+                    out[i].dpdu += (e1 * d2.y - e2 * d1.y) / det;
+                    out[i].dpdv += (e2 * d1.x - e1 * d2.x) / det;
+                }
+                if flat {
+                    out[i].n += e1.cross(e2);
+                }
+            }
+        }
+        let mut count = vec![0.0; out.len()];
+        for i in self.mesh.triangles.iter().flatten() {
+            count[*i as usize] += 1.0;
+        }
+        let to_world = self.transform.matrix3.inverse().transpose();
+        for (i, v) in out.iter_mut().enumerate() {
+            if let Some(n) = self.mesh.normals.get(i) {
+                v.n = to_world * n.as_dvec3();
+            }
+            v.n = v.n.normalize_or_zero();
+            v.dpdu /= f64::max(count[i], 1.0);
+            v.dpdv /= f64::max(count[i], 1.0);
+            // Without usable coordinates any tangents do.
+            if v.dpdu.cross(v.dpdv).length_squared() == 0.0 || !(v.dpdu + v.dpdv).is_finite() {
+                (v.dpdu, v.dpdv) = if v.n == DVec3::ZERO { (DVec3::X, DVec3::Y) } else { v.n.any_orthonormal_pair() };
+            }
+        }
+        out
+    }
+
+    /// The mesh with what the shader returned: per vertex how far P moved, and N.
+    fn moved(&self, vertices: &[Vertex], results: &[f64]) -> Result<Mesh, Error> {
+        let to_object = self.transform.inverse();
+        let mut mesh = self.mesh.clone();
+        let triple = |i: usize| DVec3::new(results[i], results[i + 1], results[i + 2]);
+        let mut still = true;
+        for (i, v) in vertices.iter().enumerate() {
+            let by = triple(6 * i);
+            let to = to_object.transform_point3(v.p + by).as_vec3();
+            if !to.is_finite() {
+                return Err(Error::NotFinite {
+                    mesh: mesh.name,
+                    shader: self.artifact.name.clone(),
+                    vertex: i,
+                    at: v.p,
+                });
+            }
+            if by != DVec3::ZERO {
+                still = false;
+                mesh.positions[i] = to;
+            }
+        }
+        if !still {
+            if !mesh.normals.is_empty() {
+                mesh.normals = smooth_normals(&mesh, self.mesh);
+            }
+            return Ok(mesh);
+        }
+        let to_object = self.transform.matrix3.transpose();
+        mesh.normals = (0..vertices.len())
+            .map(|i| (to_object * triple(6 * i + 3)).normalize_or_zero().as_vec3())
+            .map(|n| if n.is_finite() { n } else { Vec3::ZERO })
+            .collect();
+        Ok(mesh)
+    }
+}
+
+/// Normals of a displaced mesh: sums of the triangles' area vectors over vertices that had one place and one normal before,
+/// so that seams of texture coordinates stay smooth and hard edges hard.
+fn smooth_normals(mesh: &Mesh, before: &Mesh) -> Vec<Vec3> {
+    let key = |i: usize| {
+        let (p, n) = (before.positions[i], before.normals.get(i).copied().unwrap_or_default());
+        // Adding zero makes -0 and 0 the same.
+        [p.x, p.y, p.z, n.x, n.y, n.z].map(|x| (x + 0.0).to_bits())
+    };
+    let mut sums: HashMap<[u32; 6], DVec3> = HashMap::new();
+    for triangle in &mesh.triangles {
+        let corners = triangle.map(|i| i as usize);
+        let [a, b, c] = corners.map(|i| mesh.positions[i].as_dvec3());
+        for i in corners {
+            *sums.entry(key(i)).or_default() += (b - a).cross(c - a);
+        }
+    }
+    let normal = |i: usize| sums.get(&key(i)).copied().unwrap_or_default().normalize_or_zero().as_vec3();
+    (0..mesh.positions.len()).map(normal).collect()
+}
