@@ -19,7 +19,7 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
-pub use crate::passes::link::{Connection, Hints};
+pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
 pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
 
@@ -63,6 +63,13 @@ pub struct Options {
     pub bindings: Vec<(String, Binding)>,
     /// What to write.
     pub entry: Entry,
+    /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
+    /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
+    pub userdata: Option<Vec<Userdata>>,
+    /// Whether `isconnected` says that a parameter which may read userdata is connected.
+    pub userdata_is_connected: bool,
+    /// When the layers of a group run.
+    pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -77,6 +84,9 @@ impl Default for Options {
             undefines: Vec::new(),
             bindings: Vec::new(),
             entry: Entry::Material,
+            userdata: None,
+            userdata_is_connected: false,
+            lazy: Lazy::default(),
             line_directives: false,
             textures: None,
         }
@@ -358,7 +368,7 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        group::Parts::one(self, options).evaluate_all(outputs, points)
+        group::Parts::one(self, options).evaluate_all(options, outputs, points)
     }
 }
 
