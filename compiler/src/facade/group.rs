@@ -3,12 +3,13 @@
 //! In: [`Master`]s, values and connections. Out: [`Output`] or [`Failure`]. A [`Master`] alone goes the same road, as a
 //! group of one layer.
 
+use super::host::{self, HostRun};
 use super::{Binding, Entry, Failure, Master, Options, Output, Silenced, Values, on_large_stack, tell};
 use crate::artifact::Artifact;
 use crate::backend::opencl_c;
 use crate::diag::Diagnostic;
 use crate::interp;
-use crate::ir::{Const, Shader};
+use crate::ir::Shader;
 use crate::passes::{self, link};
 use crate::source::{FileId, SourceMap};
 use link::{Connection, Hints};
@@ -67,6 +68,18 @@ impl Group {
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
         self.parts(options)?.evaluate_all(outputs, points)
+    }
+
+    /// Runs the group on the host, in f64 and with strings as texts, on points `0..count`: all that it computes and says. It
+    /// takes shaders whose strings a device cannot build, too. Uses the options' `bindings`.
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        self.parts(options)?.run_on_host(outputs, count, point)
     }
 
     /// The layers with the options' values.
@@ -234,6 +247,31 @@ impl<'a> Parts<'a> {
         warnings
     }
 
+    pub fn run_on_host(
+        &self,
+        asked: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        let files = self.files();
+        let work = || {
+            let mut shader = self.link(&files)?;
+            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            passes::optimise_for(&mut shader, &[], &outputs, passes::Target::Host)?;
+            let mut run = host::run(&shader, &outputs, count, point)?;
+            for (output, name) in run.outputs.iter_mut().zip(asked) {
+                output.name.clone_from(name);
+            }
+            Ok(run)
+        };
+        let sources = files.sources.clone();
+        match on_large_stack(work) {
+            Ok(Ok(run)) => Ok(run),
+            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
+            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
+        }
+    }
+
     pub fn evaluate_all(&self, asked: &[String], points: &[interp::Globals]) -> Result<Vec<Values>, Failure> {
         let files = self.files();
         let work = || {
@@ -262,30 +300,8 @@ fn outcome(
     let mut values = Vec::with_capacity(outputs.len());
     for (name, asked) in outputs.iter().zip(asked) {
         let mut reals = Vec::new();
-        if name == "Ci" {
-            reals.extend(outcome.ci());
-        } else {
-            let param = shader.params.iter().find(|p| p.output && p.name == *name);
-            let value = param.and_then(|p| outcome.local(p.local));
-            if !value.is_some_and(|c| flatten(c, &mut reals)) {
-                let message = format!("shader `{}` has no output parameter `{name}` of numbers", shader.name);
-                return Err(vec![Diagnostic::global("E4203", message)]);
-            }
-        }
+        host::reals(shader, (globals, &outcome), name, &mut reals).map_err(|d| vec![d])?;
         values.push((asked.clone(), reals));
     }
     Ok(values)
-}
-
-/// The reals that a constant is made of; false when it holds strings.
-fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
-    match c {
-        Const::Int(v) => out.push(f64::from(*v)),
-        Const::Float(v) => out.push(*v),
-        Const::Triple(v) => out.extend(v),
-        Const::Matrix(m) => out.extend(m),
-        Const::Str(_) => return false,
-        Const::Array(items) => return items.iter().all(|c| flatten(c, out)),
-    }
-    true
 }

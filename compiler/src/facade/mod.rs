@@ -5,6 +5,7 @@
 //! the parser accepts. It must not know files, the environment or time.
 
 mod group;
+mod host;
 
 use crate::artifact::Artifact;
 use crate::diag::{self, Diagnostic};
@@ -19,6 +20,7 @@ use std::sync::Arc;
 pub use crate::backend::opencl_c::Entry;
 pub use crate::passes::link::{Connection, Hints};
 pub use group::{Bound, Group, Layer};
+pub use host::HostRun;
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]
@@ -262,6 +264,17 @@ impl Master {
     ) -> Result<Values, Failure> {
         let mut points = self.evaluate_all(options, outputs, std::slice::from_ref(globals))?;
         Ok(points.pop().unwrap_or_default())
+    }
+
+    /// Runs the shader on the host; see [`Group::run_on_host`].
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        group::Parts::one(self, options).run_on_host(outputs, count, point)
     }
 
     /// As [`Master::evaluate`], for many points.

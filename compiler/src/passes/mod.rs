@@ -7,6 +7,7 @@
 //! unrolled, `E4004` closures not supported yet here, `E4005` too many closure calls; of the review `E3001` a call that only
 //! the host can carry out, `E3003` an unknown name, `W2003` an odd number of knots, `W3001` an unknown distribution.
 
+mod cases;
 mod closures;
 mod dead;
 mod fold;
@@ -14,6 +15,7 @@ pub mod link;
 mod prune;
 mod review;
 mod specialise;
+mod strings;
 mod unroll;
 
 pub use closures::closures;
@@ -24,14 +26,37 @@ pub use specialise::specialise;
 use crate::diag::Diagnostic;
 use crate::ir::{Const, Shader, verify};
 
-/// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
-///
-/// The list: specialise, fold (which unrolls loops with closure calls), closures, fold, prune; the last two again, since
-/// dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned.
+/// Rounds of `cases`: functions of choices inside each other.
+const MAX_ROUNDS: u32 = 16;
+
+/// Who carries out the result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Target {
+    /// An OpenCL device: strings are ids, so that what looks into them has to be gone.
+    #[default]
+    Device,
+    /// The interpreter.
+    Host,
+}
+
+/// Binds parameters and reduces the shader to what its lobes and the named output parameters need, for a device.
 pub fn optimise(
     shader: &mut Shader,
     bindings: &[(String, Const)],
     outputs: &[String],
+) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+    optimise_for(shader, bindings, outputs, Target::Device)
+}
+
+/// As [`optimise`], for any target.
+///
+/// The list: specialise, fold (which unrolls loops with closure calls), closures, fold, cases, fold, prune; the last two
+/// again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned.
+pub fn optimise_for(
+    shader: &mut Shader,
+    bindings: &[(String, Const)],
+    outputs: &[String],
+    target: Target,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let _span = tracing::debug_span!("optimise", shader = shader.name).entered();
     let check = |shader: &Shader, pass: &str| {
@@ -50,7 +75,15 @@ pub fn optimise(
     check(shader, "closures");
     fold(shader)?;
     check(shader, "fold");
-    review::refuse_calls(shader)?;
+    // What a case yields may be a choice again, of which the next call has cases.
+    let mut rounds = 0;
+    while rounds < MAX_ROUNDS && cases::cases(shader) {
+        check(shader, "cases");
+        fold(shader)?;
+        check(shader, "fold");
+        rounds += 1;
+    }
+    review::refuse_calls(shader, target)?;
     prune(shader, outputs);
     check(shader, "prune");
     let reduce = |shader: &mut Shader| {
@@ -61,7 +94,7 @@ pub fn optimise(
         Ok::<(), Vec<Diagnostic>>(())
     };
     reduce(shader)?;
-    let (warnings, changed) = review::review(shader)?;
+    let (warnings, changed) = review::review(shader, target)?;
     if changed {
         check(shader, "review");
         reduce(shader)?;
