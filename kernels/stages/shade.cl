@@ -50,6 +50,9 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #ifdef HAS_MESSAGES
                     , __global uint *records
 #endif
+#ifdef HAS_TEXTURES
+                    , __global const uint *textures
+#endif
                     )
 {
     const uint i = (uint)get_global_id(0);
@@ -75,11 +78,14 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #ifdef HAS_DERIVATIVES
     grid_derivatives(&sg, (real2)(patch[0], patch[1]), width, height, flags);
 #endif
+#ifdef HAS_TEXTURES
+    sg.textures = textures;
+#endif
 #ifdef HAS_MESSAGES
     sg.records = records;
     sg.point = first_row * width + i;
 #endif
-    real values[SHADE_REALS];
+    real values[SHADE_REALS + 1];  // never none
     SHADE_ENTRY(&sg, values);
     for (int k = 0; k < SHADE_REALS; k++) outputs[(size_t)i * SHADE_REALS + k] = values[k];
 }

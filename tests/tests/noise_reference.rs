@@ -1,4 +1,4 @@
-//! Noise on the device against pictures of OSL's reference implementation (tests/reference/osl/nz_*.exr).
+//! Noise on the device against pictures of OSL's reference implementation (tests/reference/osl).
 
 use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
@@ -7,14 +7,15 @@ use oslcl_tests::grid::{self, Case, Precision};
 use oslcl_tests::points;
 use std::path::PathBuf;
 
-const KINDS: [&str; 6] = ["perlin", "uperlin", "cell", "hash", "simplex", "usimplex"];
+/// Shaders and their pictures.
+const NAMES: [&str; 7] = ["nz_perlin", "nz_uperlin", "nz_cell", "nz_hash", "nz_simplex", "nz_usimplex", "gabor_aniso"];
 
 #[test]
 fn noise_agrees_with_the_reference() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("reference/osl");
     let mut cases = Vec::new();
-    for kind in KINDS {
-        let source = std::fs::read_to_string(folder.join(format!("nz_{kind}.osl"))).expect("a shader");
+    for kind in NAMES {
+        let source = std::fs::read_to_string(folder.join(format!("{kind}.osl"))).expect("a shader");
         let mut case = Case::new(kind, &source, Options::default()).unwrap_or_else(|e| panic!("{e}"));
         case.outputs = vec!["Cout".to_owned()];
         case.options.entry = oslcl_compiler::Entry::Grid(case.outputs.clone());
@@ -24,8 +25,8 @@ fn noise_agrees_with_the_reference() {
     let points: Vec<_> = (0..n * n).map(|i| points::plane((i % n) as f32 / 255.0, (i / n) as f32 / 255.0)).collect();
     let device = Device::open(None).expect("a device");
     let values = grid::run(&device, Precision::Single, &cases, &points).unwrap_or_else(|e| panic!("{e}"));
-    for (index, kind) in KINDS.iter().enumerate() {
-        let picture = read_exr(&folder.join(format!("nz_{kind}.exr"))).expect("a picture");
+    for (index, kind) in NAMES.iter().enumerate() {
+        let picture = read_exr(&folder.join(format!("{kind}.exr"))).expect("a picture");
         assert_eq!((picture.width, picture.height), (n, n));
         let mut worst: f64 = 0.0;
         let mut beyond = 0;
@@ -35,6 +36,12 @@ fn noise_agrees_with_the_reference() {
             worst = worst.max(error);
             beyond += usize::from(error.is_nan() || error > 1e-5);
         }
-        assert_eq!(beyond, 0, "{kind}: {beyond} of {} pixels differ by more than 1e-5, the worst by {worst}", n * n);
+        // The kernels of gabor noise end with a jump: rounding puts a few pixels on the other side of some edge.
+        let allowed = if kind.starts_with("gabor") { 16 } else { 0 };
+        assert!(
+            beyond <= allowed,
+            "{kind}: {beyond} of {} pixels differ by more than 1e-5, the worst by {worst}",
+            n * n
+        );
     }
 }

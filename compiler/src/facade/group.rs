@@ -10,8 +10,9 @@ use crate::backend::opencl_c;
 use crate::diag::Diagnostic;
 use crate::interp;
 use crate::ir::Shader;
-use crate::passes::{self, link};
+use crate::passes::{self, Target, link};
 use crate::source::{FileId, SourceMap};
+use crate::textures::TextureAccess;
 use link::{Connection, Hints};
 use std::sync::Arc;
 
@@ -84,7 +85,12 @@ impl Group {
 
     /// The layers with the options' values.
     fn parts(&self, options: &Options) -> Result<Parts<'_>, Failure> {
-        let mut parts = Parts { name: &self.name, layers: Vec::new(), connections: &self.connections };
+        let mut parts = Parts {
+            name: &self.name,
+            layers: Vec::new(),
+            connections: &self.connections,
+            textures: options.textures.clone(),
+        };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
                 name: b.name.clone(),
@@ -126,6 +132,7 @@ pub(super) struct Parts<'a> {
     name: &'a str,
     layers: Vec<Part<'a>>,
     connections: &'a [Connection],
+    textures: Option<TextureAccess>,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
@@ -140,7 +147,8 @@ impl<'a> Parts<'a> {
     /// A master alone.
     pub fn one(master: &'a Master, options: &Options) -> Parts<'a> {
         let settings = options.bindings.iter().map(|(name, value)| setting(name, value)).collect();
-        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[] }
+        let textures = options.textures.clone();
+        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[], textures }
     }
 
     fn files(&self) -> Files {
@@ -164,6 +172,10 @@ impl<'a> Parts<'a> {
         }
         files.sources = Arc::new(sources);
         files
+    }
+
+    fn settings(&self, target: Target) -> passes::Settings<'_> {
+        passes::Settings { target, textures: self.textures.as_ref() }
     }
 
     /// Joins the layers.
@@ -209,7 +221,7 @@ impl<'a> Parts<'a> {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
             };
-            let warnings = passes::optimise(&mut shader, &[], &outputs)?;
+            let warnings = passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
@@ -257,8 +269,13 @@ impl<'a> Parts<'a> {
         let work = || {
             let mut shader = self.link(&files)?;
             let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
-            passes::optimise_for(&mut shader, &[], &outputs, passes::Target::Host)?;
-            let mut run = host::run(&shader, &outputs, count, point)?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Host))?;
+            let point = |i| {
+                let globals = point(i);
+                let textures = globals.textures.clone().or_else(|| self.textures.clone());
+                interp::Globals { textures, ..globals }
+            };
+            let mut run = host::run(&shader, &outputs, count, &point)?;
             for (output, name) in run.outputs.iter_mut().zip(asked) {
                 output.name.clone_from(name);
             }
@@ -277,8 +294,12 @@ impl<'a> Parts<'a> {
         let work = || {
             let mut shader = self.link(&files)?;
             let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
-            passes::optimise(&mut shader, &[], &outputs)?;
-            points.iter().map(|globals| outcome(&shader, &outputs, asked, globals)).collect()
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
+            let with = |g: &interp::Globals| interp::Globals {
+                textures: g.textures.clone().or_else(|| self.textures.clone()),
+                ..g.clone()
+            };
+            points.iter().map(|globals| outcome(&shader, &outputs, asked, &with(globals))).collect()
         };
         let sources = files.sources.clone();
         match on_large_stack(work) {

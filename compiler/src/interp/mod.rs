@@ -11,6 +11,7 @@ mod geometric;
 mod hash;
 mod math;
 mod noise;
+mod noise_gabor;
 mod noise_gradient;
 mod noise_simplex;
 pub mod ops;
@@ -20,6 +21,7 @@ mod spline;
 mod state;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 pub use run::{Error, Outcome, Slot, run};
 pub use state::{Globals, Space};

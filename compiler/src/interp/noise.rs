@@ -4,7 +4,7 @@
 //! Written over any number of dimensions, unlike the kernels, which unroll them; kernels/osl/noise*.h name the sources.
 
 use super::hash::{bits, hash};
-use super::{noise_gradient, noise_simplex};
+use super::{float, noise_gabor, noise_gradient, noise_simplex, triple};
 use crate::ir::{Const, Ty};
 
 /// A coordinate's lattice cell: its number, the next one's, and the fraction in it.
@@ -72,12 +72,31 @@ fn numbers(args: &[Const]) -> Option<Vec<f64>> {
     Some(out)
 }
 
+/// Point, differences, period, options: in the order of the row.
+fn gabor(periodic: bool, ty: Ty, args: &[Const]) -> Option<Const> {
+    let differences = [triple(args, 1)?, triple(args, 2)?];
+    let period = if periodic { Some(triple(args, 3)?) } else { None };
+    let at = 3 + usize::from(periodic);
+    let [Const::Int(anisotropic), .., Const::Int(filter)] = args.get(at..)? else { return None };
+    let options = noise_gabor::Options {
+        anisotropic: *anisotropic,
+        direction: triple(args, at + 1)?,
+        bandwidth: float(args, at + 2)?,
+        impulses: float(args, at + 3)?,
+        filter: *filter != 0,
+    };
+    Some(noise_gabor::gabor(triple(args, 0)?, differences, period, &options, ty))
+}
+
 /// The value of the row `name`.
 pub(super) fn call(name: &str, ty: Ty, args: &[Const]) -> Option<Const> {
     let (periodic, kind) = match name.strip_prefix("pnoise_") {
         Some(kind) => (true, kind),
         None => (false, name.strip_prefix("noise_")?),
     };
+    if kind == "gabor" {
+        return gabor(periodic, ty, args);
+    }
     let all = numbers(args)?;
     let (x, periods) = all.split_at(if periodic { all.len() / 2 } else { all.len() });
     if !(1..=4).contains(&x.len()) || (periodic && periods.len() != x.len()) {

@@ -11,9 +11,11 @@
 mod call;
 mod exit;
 mod expr;
+mod noise;
 mod place;
 mod special;
 mod stmt;
+mod texture;
 
 use crate::check::Checked;
 use crate::check::typed::{self, FunctionId, VarId, VarKind};

@@ -13,29 +13,6 @@ use crate::messages::code;
 use crate::source::Span;
 use crate::types::{Base, Type};
 
-/// Noise kinds by name, with the suffix of their rows.
-const NOISE_KINDS: [(&str, &str); 9] = [
-    ("uperlin", "uperlin"),
-    ("noise", "uperlin"),
-    ("perlin", "perlin"),
-    ("snoise", "perlin"),
-    ("cell", "cell"),
-    ("hash", "hash"),
-    ("simplex", "simplex"),
-    ("usimplex", "usimplex"),
-    ("cellnoise", "cell"),
-];
-
-const PERIODIC_KINDS: [(&str, &str); 7] = [
-    ("uperlin", "uperlin"),
-    ("noise", "uperlin"),
-    ("perlin", "perlin"),
-    ("snoise", "perlin"),
-    ("cell", "cell"),
-    ("cellnoise", "cell"),
-    ("hash", "hash"),
-];
-
 const SPLINES: [(&str, &str); 6] = [
     ("catmull-rom", "catmullrom"),
     ("bezier", "bezier"),
@@ -99,6 +76,8 @@ impl Lower<'_> {
                 self.internal(row, arg_values(&values), ty, span)
             }
             "spline" | "splineinverse" => self.spline(name, args, e)?,
+            "texture" | "texture3d" | "environment" => self.texture(name, args, e)?,
+            "gettextureinfo" => return self.textureinfo(args, e),
             "raytype" => self.by_name("ray type", &args[0], &RAY_TYPES.map(|r| r.0), Ty::Int, true, |l, i| {
                 let bit = l.int(RAY_TYPES[i].1, span);
                 l.internal("raytype_bit", vec![Arg::Value(bit)], Ty::Int, span)
@@ -191,7 +170,7 @@ impl Lower<'_> {
 
     /// Chooses by a string: at once for a literal, else by comparisons in order. `what` names the kind of name. Unknown
     /// names give zero (`or_zero`), or are an error: at once for literals, else of the pass `review`.
-    fn by_name(
+    pub(super) fn by_name(
         &mut self,
         what: &str,
         name: &Expr,
@@ -249,7 +228,7 @@ impl Lower<'_> {
         self.push(Stmt::If(same, then, rest));
     }
 
-    fn zero_of(&mut self, ty: Ty, span: Span) -> ValueId {
+    pub(super) fn zero_of(&mut self, ty: Ty, span: Span) -> ValueId {
         let base = match ty {
             Ty::Int => Base::Int,
             Ty::Float => Base::Float,
@@ -387,32 +366,6 @@ impl Lower<'_> {
         self.color_step(value, to, false)
     }
 
-    /// `noise(x)` and `noise("kind", x, options...)`.
-    fn named_noise(&mut self, name: &str, args: &[Expr], e: &Expr) -> ValueId {
-        let Some(kind) = args.first().filter(|a| a.ty == Type::STRING) else {
-            return self.noise_of(&format!("{name}_uperlin"), args, e);
-        };
-        if matches!(&kind.kind, ExprKind::Str(s) if s == "gabor") {
-            self.error(Diagnostic::not_yet("E3003", kind.span, "noise kind \"gabor\""));
-            return self.zero(e.ty, e.span);
-        }
-        // Options start with the first string behind the coordinates; only gabor reads any.
-        let coords: Vec<&Expr> = args[1..].iter().take_while(|a| a.ty != Type::STRING).collect();
-        let kinds: &[(&str, &str)] = if name == "noise" { &NOISE_KINDS } else { &PERIODIC_KINDS };
-        let values: Vec<ValueId> = coords.iter().map(|c| self.expr(c)).collect();
-        let names: Vec<&str> = kinds.iter().map(|k| k.0).collect();
-        let ty = ir_type(e.ty.base);
-        let span = e.span;
-        self.by_name("noise kind", kind, &names, ty, false, |l, i| {
-            l.internal(&format!("{name}_{}", kinds[i].1), arg_values(&values), ty, span)
-        })
-    }
-
-    fn noise_of(&mut self, row: &str, args: &[Expr], e: &Expr) -> ValueId {
-        let values = self.values(args);
-        self.internal(row, arg_values(&values), ir_type(e.ty.base), e.span)
-    }
-
     /// `spline(basis, x, knots[])`, `(basis, x, n, knots[])` or `(basis, x, y0, y1, ...)`.
     fn spline(&mut self, name: &str, args: &[Expr], e: &Expr) -> Option<ValueId> {
         let span = e.span;
@@ -545,7 +498,7 @@ impl Lower<'_> {
     }
 }
 
-fn arg_values(values: &[ValueId]) -> Vec<Arg> {
+pub(super) fn arg_values(values: &[ValueId]) -> Vec<Arg> {
     values.iter().map(|v| Arg::Value(*v)).collect()
 }
 

@@ -16,15 +16,18 @@ mod prune;
 mod review;
 mod specialise;
 mod strings;
+mod textures;
 mod unroll;
 
 pub use closures::closures;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
+pub use textures::{TextureUse, textures};
 
 use crate::diag::Diagnostic;
 use crate::ir::{Const, Shader, verify};
+use crate::textures::TextureAccess;
 
 /// Rounds of `cases`: functions of choices inside each other.
 const MAX_ROUNDS: u32 = 16;
@@ -39,24 +42,34 @@ pub enum Target {
     Host,
 }
 
+/// What a run of the passes depends on beside the shader.
+#[derive(Clone, Copy, Default)]
+pub struct Settings<'a> {
+    /// Who carries out the result.
+    pub target: Target,
+    /// Who answers `gettextureinfo`.
+    pub textures: Option<&'a TextureAccess>,
+}
+
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need, for a device.
 pub fn optimise(
     shader: &mut Shader,
     bindings: &[(String, Const)],
     outputs: &[String],
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
-    optimise_for(shader, bindings, outputs, Target::Device)
+    optimise_with(shader, bindings, outputs, &Settings::default())
 }
 
-/// As [`optimise`], for any target.
+/// As [`optimise`], with settings.
 ///
-/// The list: specialise, fold (which unrolls loops with closure calls), closures, fold, cases, fold, prune; the last two
-/// again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned.
-pub fn optimise_for(
+/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, cases, fold,
+/// prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
+/// are returned.
+pub fn optimise_with(
     shader: &mut Shader,
     bindings: &[(String, Const)],
     outputs: &[String],
-    target: Target,
+    settings: &Settings<'_>,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let _span = tracing::debug_span!("optimise", shader = shader.name).entered();
     let check = |shader: &Shader, pass: &str| {
@@ -71,6 +84,8 @@ pub fn optimise_for(
     check(shader, "specialise");
     fold(shader)?;
     check(shader, "fold");
+    textures::answer(shader, settings.textures)?;
+    check(shader, "textures");
     closures(shader)?;
     check(shader, "closures");
     fold(shader)?;
@@ -83,7 +98,7 @@ pub fn optimise_for(
         check(shader, "fold");
         rounds += 1;
     }
-    review::refuse_calls(shader, target)?;
+    review::refuse_calls(shader, settings.target)?;
     prune(shader, outputs);
     check(shader, "prune");
     let reduce = |shader: &mut Shader| {
@@ -94,11 +109,12 @@ pub fn optimise_for(
         Ok::<(), Vec<Diagnostic>>(())
     };
     reduce(shader)?;
-    let (warnings, changed) = review::review(shader, target)?;
+    let (warnings, changed) = review::review(shader, settings.target)?;
     if changed {
         check(shader, "review");
         reduce(shader)?;
     }
+    textures::textures(shader)?;
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     Ok(warnings)
 }

@@ -103,8 +103,8 @@ fn plain(name: &str, overloads: &[sig::Overload]) -> (String, String) {
 /// A noise row: without a kind, and with each.
 fn noise(name: &str, overloads: &[sig::Overload]) -> Vec<(String, String)> {
     let kinds: &[&str] = match name {
-        "noise" => &["", "perlin", "uperlin", "cell", "hash", "simplex", "usimplex"],
-        "pnoise" => &["", "perlin", "uperlin", "cell", "hash"],
+        "noise" => &["", "perlin", "uperlin", "cell", "hash", "simplex", "usimplex", "gabor", "null", "unull"],
+        "pnoise" => &["", "perlin", "uperlin", "cell", "hash", "gabor"],
         _ => &[""],
     };
     let mut shaders = Vec::new();

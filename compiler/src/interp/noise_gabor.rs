@@ -1,0 +1,202 @@
+//! Gabor noise in f64 (A. Lagae et al., "Filtering Solid Gabor Noise", SIGGRAPH 2011).
+//!
+//! In: a point, its differences between pixels, the period if any, the options. Out: a value, or three for the seeds 0, 1
+//! and 2. kernels/osl/noise_gabor.h says what the options mean. Random numbers are 32-bit floats, as there.
+
+use super::hash::hash;
+use crate::ir::{Const, Ty};
+use std::f64::consts::{LN_2, PI, TAU};
+
+type V3 = [f64; 3];
+type M2 = [[f64; 2]; 2];
+
+fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn cross(a: V3, b: V3) -> V3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn unit(v: V3) -> V3 {
+    let length = dot(&v, &v).sqrt();
+    if length == 0.0 { v } else { v.map(|x| x / length) }
+}
+
+fn determinant(m: M2) -> f64 {
+    m[0][0] * m[1][1] - m[0][1] * m[1][0]
+}
+
+fn inverse(m: M2) -> M2 {
+    let d = determinant(m);
+    [[m[1][1] / d, -m[0][1] / d], [-m[1][0] / d, m[0][0] / d]]
+}
+
+fn add(m: M2, diagonal: f64) -> M2 {
+    [[m[0][0] + diagonal, m[0][1]], [m[1][0], m[1][1] + diagonal]]
+}
+
+fn scale(m: M2, by: f64) -> M2 {
+    m.map(|row| row.map(|x| x * by))
+}
+
+fn times(v: [f64; 2], m: M2) -> [f64; 2] {
+    [v[0] * m[0][0] + v[1] * m[1][0], v[0] * m[0][1] + v[1] * m[1][1]]
+}
+
+/// The multiplicative generator of a cell.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(3_039_177_861);
+        self.0 as f32 / u32::MAX as f32
+    }
+}
+
+/// The options that have a meaning.
+pub(super) struct Options {
+    pub anisotropic: i32,
+    pub direction: V3,
+    pub bandwidth: f64,
+    pub impulses: f64,
+    pub filter: bool,
+}
+
+/// A pixel's footprint: tangent space, and its Gaussian's matrix there.
+struct Footprint {
+    t: V3,
+    b: V3,
+    n: V3,
+    sigma: M2,
+}
+
+impl Footprint {
+    /// `None`: nothing to filter.
+    fn new(dx: V3, dy: V3) -> Option<Footprint> {
+        let n = cross(dx, dy);
+        if dot(&n, &n) < 1e-6 {
+            return None;
+        }
+        let n = unit(n);
+        let t = unit(if n[0].abs() < 0.9 { [0.0, n[2], -n[1]] } else { [-n[2], 0.0, n[0]] });
+        let b = cross(n, t);
+        let m = [0, 1].map(|i| [dx[i] * t[0] + dy[i] * t[1], dx[i] * b[0] + dy[i] * b[1]]);
+        let entry = |i: usize, j: usize| 0.25 * (m[0][i] * m[0][j] + m[1][i] * m[1][j]);
+        let sigma = [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]];
+        (determinant(sigma) >= 1e-18).then_some(Footprint { t, b, n, sigma })
+    }
+
+    /// A kernel of unit weight, sliced (eq. 6) and filtered (eq. 10).
+    fn kernel(&self, a: f64, omega: V3, phase: f64, x: V3) -> f64 {
+        let [wave, at] = [omega, x].map(|v| [dot(&v, &self.t), dot(&v, &self.b)]);
+        let depth = -dot(&self.n, &x);
+        let slice = (-PI * a * a * depth * depth).exp();
+        let phase = phase - TAU * depth * dot(&omega, &self.n);
+        let sigma_g = a * a / TAU;
+        let sigma_f = scale(inverse(self.sigma), 1.0 / (4.0 * PI * PI));
+        let both = add(sigma_f, sigma_g);
+        let c_f = 1.0 / (TAU * determinant(self.sigma).sqrt());
+        let weight =
+            slice * c_f / (TAU * determinant(both).sqrt()) * (-0.5 * dot(&times(wave, inverse(both)), &wave)).exp();
+        let product = inverse(add(inverse(sigma_f), 1.0 / sigma_g));
+        let wave = times(wave, scale(product, 1.0 / sigma_g));
+        let a2 = TAU * determinant(product).sqrt();
+        weight * (-PI * a2 * dot(&at, &at)).exp() * (TAU * dot(&wave, &at) + phase).cos()
+    }
+}
+
+fn wrap(cell: f64, period: f64) -> f64 {
+    let period = period.floor().max(1.0);
+    cell - period * (cell / period).floor()
+}
+
+/// What the kernels of one cell add to the noise.
+struct Noise<'a> {
+    options: &'a Options,
+    period: Option<V3>,
+    footprint: Option<Footprint>,
+    a: f64,
+    radius: f64,
+    density: f64,
+}
+
+impl Noise<'_> {
+    fn frequency(&self, random: &mut Random) -> V3 {
+        let direction = self.options.direction;
+        if self.options.anisotropic == 1 {
+            return direction;
+        }
+        let (s, c) = (TAU * f64::from(random.next())).sin_cos();
+        if self.options.anisotropic != 0 {
+            let length = dot(&direction, &direction).sqrt();
+            return [length * c, length * s, 0.0];
+        }
+        let z = 2.0 * f64::from(random.next()) - 1.0;
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        unit([c * r, s * r, z])
+    }
+
+    /// x is counted from the cell's corner, in cells.
+    fn cell(&self, corner: V3, x: V3, seed: u32) -> f64 {
+        let corner = match self.period {
+            Some(p) => [wrap(corner[0], p[0]), wrap(corner[1], p[1]), wrap(corner[2], p[2])],
+            None => corner,
+        };
+        let [i, j, k] = corner.map(|c| c as i32 as u32);
+        let mut random = Random(hash(&[i, j, k, seed]).max(1));
+        let limit = (-(self.density as f32)).exp();
+        let mut count = 0;
+        let mut product = random.next();
+        while product > limit && count < 64 {
+            count += 1;
+            product *= random.next();
+        }
+        let mut sum = 0.0;
+        for _ in 0..count {
+            let [z, y, x0] = [random.next(), random.next(), random.next()].map(f64::from);
+            let at = [x[0] - x0, x[1] - y, x[2] - z].map(|d| d * self.radius);
+            let omega = self.frequency(&mut random);
+            let phase = TAU * f64::from(random.next());
+            if dot(&at, &at) >= self.radius * self.radius {
+                continue;
+            }
+            let plain = || (-PI * self.a * self.a * dot(&at, &at)).exp() * (TAU * dot(&omega, &at) + phase).cos();
+            let filtered = self.footprint.as_ref().map(|f| f.kernel(self.a, omega, phase, at));
+            sum += filtered.filter(|v| v.is_finite()).unwrap_or_else(plain);
+        }
+        sum
+    }
+
+    fn value(&self, p: V3, seed: u32) -> f64 {
+        let x = p.map(|c| c / self.radius);
+        let corner = x.map(f64::floor);
+        let mut sum = 0.0;
+        for k in 0..27 {
+            let step = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1].map(f64::from);
+            let at = |i: usize| corner[i] + step[i];
+            let from = |i: usize| x[i] - corner[i] - step[i];
+            sum += self.cell([at(0), at(1), at(2)], [from(0), from(1), from(2)], seed);
+        }
+        let variance = 1.0 / (4.0 * 2.0_f64.sqrt() * self.a.powi(3));
+        sum * (self.radius.powi(3) / self.density).sqrt() / (6.0 * variance.sqrt())
+    }
+}
+
+/// The noise at p.
+pub(super) fn gabor(p: V3, differences: [V3; 2], period: Option<V3>, options: &Options, ty: Ty) -> Const {
+    let octaves = options.bandwidth.clamp(0.01, 100.0).exp2();
+    let a = 2.0 * (octaves - 1.0) / (octaves + 1.0) * (PI / LN_2).sqrt();
+    let noise = Noise {
+        options,
+        period,
+        footprint: if options.filter { Footprint::new(differences[0], differences[1]) } else { None },
+        a,
+        radius: (-0.02_f64.ln() / PI).sqrt() / a,
+        density: options.impulses.clamp(1.0, 32.0) / (1.33333 * PI),
+    };
+    match ty {
+        Ty::Triple => Const::Triple([0, 1, 2].map(|seed| noise.value(p, seed))),
+        _ => Const::Float(noise.value(p, 0)),
+    }
+}
