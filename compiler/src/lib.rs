@@ -42,6 +42,7 @@ pub mod source;
 pub mod strings;
 pub mod suggest;
 pub mod text;
+pub mod textures;
 pub mod types;
 
 pub use artifact::{Artifact, Radiance};
@@ -51,6 +52,8 @@ pub use facade::{
     Output, Query, QueryParam, Values, check_only, compile, inspect, preprocessed, query_shader, to_oso,
 };
 pub use interp::{Globals, Space};
+pub use passes::TextureUse;
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;
+pub use textures::{TextureAccess, Textures};

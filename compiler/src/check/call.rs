@@ -403,7 +403,10 @@ impl Checker {
                     .collect(),
                 outputs: c.outputs,
             },
-            Target::Closure(id) => Callee::Closure { id, formals: c.formals.len() },
+            Target::Closure(id) => {
+                out = self.closure_options(id, out)?;
+                Callee::Closure { id, formals: c.formals.len() }
+            }
         };
         Some(Expr { kind: ExprKind::Call(callee, out), ty: c.ret, span })
     }

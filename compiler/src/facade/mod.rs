@@ -13,6 +13,7 @@ use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
+use crate::textures::TextureAccess;
 use crate::{check, interp, lower, oso, parse};
 use std::fmt;
 use std::sync::Arc;
@@ -64,6 +65,8 @@ pub struct Options {
     pub entry: Entry,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
+    pub textures: Option<TextureAccess>,
 }
 
 impl Default for Options {
@@ -75,6 +78,7 @@ impl Default for Options {
             bindings: Vec::new(),
             entry: Entry::Material,
             line_directives: false,
+            textures: None,
         }
     }
 }
