@@ -174,13 +174,13 @@ impl Subimage {
         self.tile.is_none_or(|[w, h]| l.width <= w && l.height <= h)
     }
 
-    /// Mean of a row of a level.
+    /// Mean of a row of a level, as a 32-bit float.
     pub fn row_mean(&self, level: usize, row: u32) -> Vec<f64> {
         let l = &self.levels[level];
         let start = row as usize * l.width as usize * self.channels;
         let mean = |c: usize| {
             let numbers = (0..l.width as usize).map(|i| l.texels.get(start + i * self.channels + c));
-            numbers.sum::<f64>() / f64::from(l.width)
+            f64::from((numbers.sum::<f64>() / f64::from(l.width)) as f32)
         };
         (0..self.channels).map(mean).collect()
     }
