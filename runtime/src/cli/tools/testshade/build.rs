@@ -38,10 +38,24 @@ impl Shaders {
     }
 
     fn load(&self, name: &str) -> Result<Master, Error> {
-        let file = format!("{}.osl", name.trim_end_matches(".osl").trim_end_matches(".oso"));
-        let path = self.folders.iter().map(|f| f.join(&file)).find(|p| p.is_file());
+        let stem = name.strip_suffix(".osl").or(name.strip_suffix(".oso")).unwrap_or(name);
+        let path = self.folders.iter().find_map(|folder| self.beside(&folder.join(stem)));
         let source = sources::read_or_shipped(path.as_deref().unwrap_or(Path::new(name)))?;
         compile(&source.text, &source.name)
+    }
+
+    /// The compiled shader, or the source where that is newer or alone.
+    fn beside(&self, stem: &Path) -> Option<PathBuf> {
+        let with = |extension: &str| {
+            // Not `with_extension`: names may have dots.
+            let path = PathBuf::from(format!("{}.{extension}", stem.display()));
+            let changed = std::fs::metadata(&path).and_then(|m| m.modified());
+            path.is_file().then_some((path, changed.ok()))
+        };
+        match (with("osl"), with("oso").filter(|_| !self.from_source)) {
+            (Some((source, changed)), Some((compiled, made))) => Some(if changed > made { source } else { compiled }),
+            (source, compiled) => source.or(compiled).map(|(path, _)| path),
+        }
     }
 }
 
