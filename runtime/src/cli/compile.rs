@@ -13,6 +13,7 @@ use oslcl_runtime::textures;
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Compiles each file; fails when one has errors. The outputs of a file that fails stay as they were.
 pub fn run(args: &CompileArgs) -> Result<(), Error> {
@@ -64,7 +65,9 @@ fn compile(path: &Path, args: &CompileArgs) -> Result<String, Error> {
     let source = sources::read(path)?;
     let options = sources::options(&source, &args.source);
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
-    let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
+    let library = Arc::new(textures::Library::default());
+    let bindings = params::bindings(&args.param, master.info())?;
+    let options = Options { bindings, textures: Some(library.access()), ..options };
     let artifact = report::instance(&master, &options)?.artifact;
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).map_err(|e| files::Error { path: folder.clone(), cause: e.into() })?;

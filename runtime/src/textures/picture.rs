@@ -71,6 +71,9 @@ pub struct Level {
     pub texels: Texels,
 }
 
+/// Side of the tiles that files without tiles count as having: what OSL's reference implementation sets.
+const AUTOTILE: u32 = 64;
+
 /// A part of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subimage {
@@ -86,7 +89,7 @@ pub struct Subimage {
     pub full: [i32; 4],
     /// Levels of detail, the finest first; at least one, each half of the one before.
     pub levels: Vec<Level>,
-    /// Texels across and down of a tile; `None`: rows.
+    /// Texels across and down of a tile; `None`: the file has rows. Those count as tiles of [`AUTOTILE`], as in the reference.
     pub tile: Option<[u32; 2]>,
     /// What else the file says, by name.
     pub facts: Vec<(String, Info)>,
@@ -171,7 +174,8 @@ impl Subimage {
     /// Whether a level is one tile, so that environments fade to one colour at its poles.
     pub fn is_one_tile(&self, level: usize) -> bool {
         let l = &self.levels[level];
-        self.tile.is_none_or(|[w, h]| l.width <= w && l.height <= h)
+        let [w, h] = self.tile.unwrap_or([AUTOTILE; 2]);
+        l.width <= w && l.height <= h
     }
 
     /// Mean of a row of a level, as a 32-bit float.
