@@ -183,10 +183,11 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
 /// The shader's text with the kernel behind it.
 fn program(artifact: &Artifact) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
+    let lobes: String = artifact.lobes.iter().map(|l| format!("#define HAS_LOBE_{}\n", l.to_uppercase())).collect();
     let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
     let textures: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
     let text = format!(
-        "{textures}{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
+        "{lobes}{textures}{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
         if artifact.sites.is_empty() { "" } else { "#define HAS_MESSAGES\n" },
         artifact.code,
         artifact.entry

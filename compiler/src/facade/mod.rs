@@ -97,7 +97,7 @@ pub struct Output {
 /// Why there is no result: at least one error.
 #[derive(Clone, Debug, thiserror::Error)]
 pub struct Failure {
-    /// Errors.
+    /// Errors, and the warnings said on the way.
     pub diagnostics: Vec<Diagnostic>,
     /// What they point into.
     pub sources: Arc<SourceMap>,
@@ -165,6 +165,9 @@ pub struct Master {
 /// Most `#include`s that are named with a finding.
 const MAX_INCLUDERS: usize = 8;
 
+/// What is said at them.
+const INCLUDED: &str = "included here";
+
 /// Lines whose warnings are silenced.
 type Silenced = Vec<(FileId, u32)>;
 
@@ -175,9 +178,10 @@ fn tell(sources: &SourceMap, nowarn: &Silenced, list: Vec<Diagnostic>) -> Vec<Di
     let mut out = Vec::with_capacity(list.len());
     for mut d in list.into_iter().filter(|d| d.is_error() || !silenced(d)) {
         // A circle of includes is named whole in its message.
-        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002").map(|l| l.span) {
+        let told = d.labels.iter().any(|l| l.text == INCLUDED);
+        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002" && !told).map(|l| l.span) {
             for span in sources.includers(first).take(MAX_INCLUDERS) {
-                d = d.label(span, "included here");
+                d = d.label(span, INCLUDED);
             }
         }
         out.push(d);
@@ -215,6 +219,27 @@ fn preprocess_options(options: &Options) -> preprocess::Options {
     }
 }
 
+/// Parses and checks. After syntax errors the checker looks at what could be read.
+fn tree(pre: &preprocess::Preprocessed) -> Result<check::Checked, Vec<Diagnostic>> {
+    let parse::Parsed { file, errors } = parse::recover(pre);
+    if errors.is_empty() {
+        return check::check(&file);
+    }
+    let mut all = errors;
+    if !file.items.is_empty()
+        && let Err(found) = check::check(&file)
+    {
+        // What is missing may have stood where nothing could be read.
+        all.extend(found.into_iter().filter(|d| !matches!(d.code, "E2009" | "E2013" | "E2015" | "W2007")));
+    }
+    Err(all)
+}
+
+fn in_order(mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    list.sort_by_key(|d| d.labels.first().map(|l| (l.span.file, l.span.start)));
+    list
+}
+
 fn checked(
     source: &str,
     options: &Options,
@@ -222,9 +247,17 @@ fn checked(
     sources: &mut SourceMap,
 ) -> Result<Parsed, Vec<Diagnostic>> {
     let settings = preprocess_options(options);
-    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
-    let file = parse::parse(&pre)?;
-    let mut checked = check::check(&file)?;
+    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
+        .map_err(|list| tell(sources, &Silenced::new(), list))?;
+    let mut checked = match tree(&pre) {
+        Ok(checked) => checked,
+        Err(found) => {
+            // What was said before belongs to the errors too.
+            let mut all = tell(sources, &Silenced::new(), pre.warnings);
+            all.extend(tell(sources, &pre.nowarn, found));
+            return Err(in_order(all));
+        }
+    };
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
     warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));
@@ -236,7 +269,8 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
         return oso_text::front(source, options, sources);
     }
     let front = checked(source, options, includes, sources)?;
-    let shader = lower::lower(&front.checked)?;
+    let shader = lower::lower(&front.checked)
+        .map_err(|list| in_order([tell(sources, &front.nowarn, list), front.warnings.clone()].concat()))?;
     Ok((shader, front.checked.info, front.warnings, front.nowarn))
 }
 
@@ -256,7 +290,7 @@ impl Master {
             Ok((shader, info, warnings, nowarn)) => {
                 Ok(Master { shader: Some(shader), info, warnings, nowarn, sources })
             }
-            Err(list) => Err(Failure { diagnostics: tell(&sources, &Silenced::new(), list), sources }),
+            Err(diagnostics) => Err(Failure { diagnostics, sources }),
         }
     }
 

@@ -260,6 +260,10 @@ impl Run<'_> {
                     .or_else(|| call(name, value.ty, &args))
                     .ok_or_else(|| Error::Unknown { shader: shader.name.clone(), function: name.to_owned() })
             }
+            Inst::Albedo(id, _) => Err(Error::Unknown {
+                shader: shader.name.clone(),
+                function: format!("the albedo of {}", builtins::closure(*id).name),
+            }),
             inst => {
                 let mut args = Vec::with_capacity(4);
                 let mut missing = None;
