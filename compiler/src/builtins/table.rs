@@ -256,7 +256,11 @@ pub static TABLE: &[Row] = &[
     row("raytype_bit", &["int(int)"], InternalState),
     row("backfacing", &["int()"], State),
     row("isconnected", &["int(any)"], Special),
+    // By the flattened name of a parameter; `passes::link` knows the answer.
+    row("is_connected", &["int(string)"], InternalHost),
     row("isconstant", &["int(any)"], Special),
+    // 1 when folding finds the argument constant, else 0.
+    row("is_constant", &["int(int)", "int(float)", "int(vector)", "int(matrix)", "int(string)"], InternalHost),
     row("iscameraray", &["int()"], Special),
     row("isdiffuseray", &["int()"], Special),
     row("isglossyray", &["int()"], Special),
@@ -266,6 +270,8 @@ pub static TABLE: &[Row] = &[
     row("dict_value", &["int(int,string,...)"], NotYet),
     row("trace", &["int(point,vector,...)"], NotYet),
     row("arraylength", &["int(any[])"], Special),
+    // Of an unsized parameter, whose length `passes::link` knows.
+    row("array_length", &["int(any[])"], InternalHost),
     row("exit", &["void()"], Special),
     row("random", &["float()", "color()", "point()", "vector()", "normal()"], NotYet),
 ];

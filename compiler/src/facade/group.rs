@@ -48,7 +48,7 @@ pub struct Group {
     pub layers: Vec<Layer>,
     /// What feeds what.
     pub connections: Vec<Connection>,
-    /// Layers that run whether or not another one needs them, as the last one does.
+    /// When not empty, these layers run in this order, with what they need of others, and not the last one.
     pub entry_layers: Vec<String>,
 }
 
@@ -67,7 +67,7 @@ impl Group {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        self.parts(options)?.evaluate_all(outputs, points)
+        self.parts(options)?.evaluate_all(options, outputs, points)
     }
 
     /// The layers with the options' values.
@@ -76,6 +76,7 @@ impl Group {
             name: &self.name,
             layers: Vec::new(),
             connections: &self.connections,
+            entry_layers: &self.entry_layers,
             textures: options.textures.clone(),
         };
         for layer in &self.layers {
@@ -119,6 +120,7 @@ pub(super) struct Parts<'a> {
     name: &'a str,
     layers: Vec<Part<'a>>,
     connections: &'a [Connection],
+    entry_layers: &'a [String],
     textures: Option<TextureAccess>,
 }
 
@@ -135,7 +137,13 @@ impl<'a> Parts<'a> {
     pub fn one(master: &'a Master, options: &Options) -> Parts<'a> {
         let settings = options.bindings.iter().map(|(name, value)| setting(name, value)).collect();
         let textures = options.textures.clone();
-        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[], textures }
+        Parts {
+            name: "",
+            layers: vec![Part { name: "", master, settings }],
+            connections: &[],
+            entry_layers: &[],
+            textures,
+        }
     }
 
     fn files(&self) -> Files {
@@ -161,8 +169,13 @@ impl<'a> Parts<'a> {
         files
     }
 
-    /// Joins the layers.
-    fn link(&self, files: &Files) -> Result<Shader, Vec<Diagnostic>> {
+    /// Joins the layers; the names that the outputs have in the joined shader come with it.
+    fn link(
+        &self,
+        files: &Files,
+        options: &Options,
+        outputs: &[String],
+    ) -> Result<(Shader, Vec<String>), Vec<Diagnostic>> {
         let mut parts = Vec::with_capacity(self.layers.len());
         for (part, first_file) in self.layers.iter().zip(&files.first) {
             // The shader of a master is there until it is dropped.
@@ -174,32 +187,26 @@ impl<'a> Parts<'a> {
                 settings: part.settings.clone(),
             });
         }
-        link::link(self.name, &parts, self.connections)
-    }
-
-    /// The parameter that an output's name means; names that mean none stay, for the message of who looks for them.
-    fn resolve(&self, shader: &Shader, name: &str) -> String {
-        let is = |name: &str| shader.params.iter().any(|p| p.output && p.name == name);
-        if name == "Ci" || is(name) {
-            return name.to_owned();
-        }
-        if let [only] = self.layers.as_slice() {
-            let inner = name.strip_prefix(only.name).and_then(|rest| rest.strip_prefix('.'));
-            return inner.unwrap_or(name).to_owned();
-        }
-        let mut names = self.layers.iter().rev().map(|l| format!("{}.{name}", l.name));
-        names.find(|n| is(n)).unwrap_or_else(|| name.to_owned())
+        link::link(&link::Request {
+            name: self.name,
+            parts,
+            connections: self.connections,
+            entry_layers: self.entry_layers,
+            outputs,
+            userdata: options.userdata.as_deref(),
+            userdata_is_connected: options.userdata_is_connected,
+            lazy: options.lazy,
+        })
     }
 
     pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
         let files = self.files();
         let work = || {
-            let mut shader = self.link(&files)?;
             let asked = match &options.entry {
                 Entry::Material => &[][..],
                 Entry::Grid(names) => names,
             };
-            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
             let entry = match &options.entry {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
@@ -242,11 +249,15 @@ impl<'a> Parts<'a> {
         warnings
     }
 
-    pub fn evaluate_all(&self, asked: &[String], points: &[interp::Globals]) -> Result<Vec<Values>, Failure> {
+    pub fn evaluate_all(
+        &self,
+        options: &Options,
+        asked: &[String],
+        points: &[interp::Globals],
+    ) -> Result<Vec<Values>, Failure> {
         let files = self.files();
         let work = || {
-            let mut shader = self.link(&files)?;
-            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
             passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
             let with = |g: &interp::Globals| interp::Globals {
                 textures: g.textures.clone().or_else(|| self.textures.clone()),

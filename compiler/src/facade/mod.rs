@@ -19,7 +19,7 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
-pub use crate::passes::link::{Connection, Hints};
+pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
 pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
 
@@ -63,6 +63,13 @@ pub struct Options {
     pub bindings: Vec<(String, Binding)>,
     /// What to write.
     pub entry: Entry,
+    /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
+    /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
+    pub userdata: Option<Vec<Userdata>>,
+    /// Whether `isconnected` says that a parameter which may read userdata is connected.
+    pub userdata_is_connected: bool,
+    /// When the layers of a group run.
+    pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -77,6 +84,9 @@ impl Default for Options {
             undefines: Vec::new(),
             bindings: Vec::new(),
             entry: Entry::Material,
+            userdata: None,
+            userdata_is_connected: false,
+            lazy: Lazy::default(),
             line_directives: false,
             textures: None,
         }
@@ -120,7 +130,13 @@ impl Includes for NoIncludes {
 }
 
 /// Headers that come with the compiler.
-const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../../shaders-osl/stdosl.h"))];
+const EMBEDDED: &[(&str, &str)] = &[
+    ("stdosl.h", include_str!("../../../shaders-osl/stdosl.h")),
+    (OSO_FUNCTIONS, include_str!("../../../shaders-osl/oso_functions.h")),
+];
+
+/// Built-in functions that `.oso` has no operations for, as OSL.
+const OSO_FUNCTIONS: &str = "oso_functions.h";
 
 /// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
 /// headers can be replaced by files of the same name.
@@ -240,13 +256,24 @@ fn in_order(mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
     list
 }
 
+/// What a source is compiled to.
+#[derive(Clone, Copy, PartialEq)]
+enum Target {
+    Ir,
+    Oso,
+}
+
 fn checked(
     source: &str,
     options: &Options,
+    target: Target,
     includes: &dyn Includes,
     sources: &mut SourceMap,
 ) -> Result<Parsed, Vec<Diagnostic>> {
-    let settings = preprocess_options(options);
+    let mut settings = preprocess_options(options);
+    if target == Target::Oso {
+        settings.prelude = Some(OSO_FUNCTIONS);
+    }
     let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
         .map_err(|list| tell(sources, &Silenced::new(), list))?;
     let mut checked = match tree(&pre) {
@@ -258,6 +285,9 @@ fn checked(
             return Err(in_order(all));
         }
     };
+    // That functions of the prelude hide the built-ins, or the user's hide them, is as it should be.
+    let prelude = |l: &diag::Label| sources.file(l.span.file).name.trim_matches(['<', '>']) == OSO_FUNCTIONS;
+    checked.warnings.retain(|d| !d.labels.iter().any(prelude));
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
     warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));
@@ -268,7 +298,7 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
     if oso::is_oso(source) {
         return oso_text::front(source, options, sources);
     }
-    let front = checked(source, options, includes, sources)?;
+    let front = checked(source, options, Target::Ir, includes, sources)?;
     let shader = lower::lower(&front.checked)
         .map_err(|list| in_order([tell(sources, &front.nowarn, list), front.warnings.clone()].concat()))?;
     Ok((shader, front.checked.info, front.warnings, front.nowarn))
@@ -338,7 +368,7 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        group::Parts::one(self, options).evaluate_all(outputs, points)
+        group::Parts::one(self, options).evaluate_all(options, outputs, points)
     }
 }
 

@@ -23,8 +23,9 @@ pub use prune::prune;
 pub use specialise::specialise;
 pub use textures::{TextureUse, textures};
 
+use crate::builtins;
 use crate::diag::Diagnostic;
-use crate::ir::{Const, Shader, verify};
+use crate::ir::{Const, Inst, Shader, verify};
 use crate::textures::TextureAccess;
 
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
@@ -55,6 +56,7 @@ pub fn optimise_with(
         }
     };
     check(shader, "lower");
+    link::settle_alone(shader);
     specialise(shader, bindings)?;
     check(shader, "specialise");
     fold(shader)?;
@@ -76,6 +78,9 @@ pub fn optimise_with(
         Ok::<(), Vec<Diagnostic>>(())
     };
     reduce(shader)?;
+    if not_constant(shader) {
+        reduce(shader)?;
+    }
     let (warnings, changed) = review::review(shader)?;
     if changed {
         check(shader, "review");
@@ -84,4 +89,17 @@ pub fn optimise_with(
     textures::textures(shader)?;
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     Ok(warnings)
+}
+
+/// Answers `isconstant` with 0 where folding found no constant; whether there was such a call.
+fn not_constant(shader: &mut Shader) -> bool {
+    let Some(row) = builtins::find("is_constant") else { return false };
+    let mut changed = false;
+    for value in &mut shader.values {
+        if matches!(value.inst, Inst::Call(func, _) if func == row) {
+            value.inst = Inst::Const(Const::Int(0));
+            changed = true;
+        }
+    }
+    changed
 }

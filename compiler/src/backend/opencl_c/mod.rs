@@ -27,6 +27,7 @@ mod analysis;
 mod arrays;
 mod entry;
 mod headers;
+mod inputs;
 mod literal;
 pub(crate) mod lobes;
 mod names;

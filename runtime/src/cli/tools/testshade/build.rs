@@ -7,6 +7,7 @@ use super::super::super::sources::{self, Folders};
 use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
 use oslcl_compiler::{Binding, Bound, Connection, Group, Hints, Layer, Master, Options};
+use oslcl_runtime::shader_file;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -39,23 +40,11 @@ impl Shaders {
 
     fn load(&self, name: &str) -> Result<Master, Error> {
         let stem = name.strip_suffix(".osl").or(name.strip_suffix(".oso")).unwrap_or(name);
-        let path = self.folders.iter().find_map(|folder| self.beside(&folder.join(stem)));
+        // `--inbuffer` asks to compile the source here.
+        let file = if self.from_source { format!("{stem}.osl") } else { stem.to_owned() };
+        let path = shader_file::find(&file, &self.folders);
         let source = sources::read_or_shipped(path.as_deref().unwrap_or(Path::new(name)))?;
         compile(&source.text, &source.name)
-    }
-
-    /// The compiled shader, or the source where that is newer or alone.
-    fn beside(&self, stem: &Path) -> Option<PathBuf> {
-        let with = |extension: &str| {
-            // Not `with_extension`: names may have dots.
-            let path = PathBuf::from(format!("{}.{extension}", stem.display()));
-            let changed = std::fs::metadata(&path).and_then(|m| m.modified());
-            path.is_file().then_some((path, changed.ok()))
-        };
-        match (with("osl"), with("oso").filter(|_| !self.from_source)) {
-            (Some((source, changed)), Some((compiled, made))) => Some(if changed > made { source } else { compiled }),
-            (source, compiled) => source.or(compiled).map(|(path, _)| path),
-        }
     }
 }
 
