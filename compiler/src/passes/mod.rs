@@ -9,6 +9,7 @@
 
 mod closures;
 mod dead;
+mod derivatives;
 mod fold;
 pub mod link;
 mod prune;
@@ -17,6 +18,7 @@ mod specialise;
 mod unroll;
 
 pub use closures::closures;
+pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
@@ -27,7 +29,8 @@ use crate::ir::{Const, Shader, verify};
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
 ///
 /// The list: specialise, fold (which unrolls loops with closure calls), closures, fold, prune; the last two again, since
-/// dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned.
+/// dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned; last the derivatives,
+/// of what is still used, and fold and prune again where there are any.
 pub fn optimise(
     shader: &mut Shader,
     bindings: &[(String, Const)],
@@ -64,6 +67,10 @@ pub fn optimise(
     let (warnings, changed) = review::review(shader)?;
     if changed {
         check(shader, "review");
+        reduce(shader)?;
+    }
+    if derivatives(shader) {
+        check(shader, "derivatives");
         reduce(shader)?;
     }
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
