@@ -9,6 +9,7 @@
 
 mod closures;
 mod dead;
+mod derivatives;
 mod fold;
 pub mod link;
 mod prune;
@@ -18,6 +19,7 @@ mod textures;
 mod unroll;
 
 pub use closures::closures;
+pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
@@ -30,8 +32,10 @@ use crate::textures::TextureAccess;
 
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
 ///
-/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, prune; the last two again, since
-/// dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned.
+/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures,
+/// closures, fold, prune; the last two again, since
+/// dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned; last the derivatives,
+/// of what is still used, and fold and prune again where there are any.
 pub fn optimise(
     shader: &mut Shader,
     bindings: &[(String, Const)],
@@ -84,6 +88,10 @@ pub fn optimise_with(
     let (warnings, changed) = review::review(shader)?;
     if changed {
         check(shader, "review");
+        reduce(shader)?;
+    }
+    if derivatives(shader) {
+        check(shader, "derivatives");
         reduce(shader)?;
     }
     textures::textures(shader)?;
