@@ -23,7 +23,7 @@ use crate::materials;
 use crate::precision::Precision;
 use crate::textures::{self, Library, Packed};
 use oslcl_compiler::reflect::ShaderInfo;
-use oslcl_compiler::{Artifact, Entry, Failure, Master, Options};
+use oslcl_compiler::{Artifact, Entry, Failure, Globals, Group, HostRun, Master, Options};
 
 pub use crate::grid::Grid;
 pub use oslcl_compiler::messages::{Kind, Message};
@@ -159,6 +159,58 @@ pub fn run_with(
         launch::<f32>(device, &program, artifact, grid, &packed, &mut shaded)?;
     }
     Ok(shaded)
+}
+
+/// Runs a shader over the grid on the host, in f64: the way for shaders that need strings which a device cannot build.
+/// `outputs` as for [`compile`].
+pub fn run_on_host(master: &Master, options: &Options, outputs: &[String], grid: Grid) -> Result<Shaded, HostError> {
+    on_host(grid, |count, point| master.run_on_host(options, outputs, count, point))
+}
+
+/// As [`run_on_host`], for a group.
+pub fn run_group_on_host(
+    group: &Group,
+    options: &Options,
+    outputs: &[String],
+    grid: Grid,
+) -> Result<Shaded, HostError> {
+    on_host(grid, |count, point| group.run_on_host(options, outputs, count, point))
+}
+
+/// Whether a shader that [`compile`] refuses may still run on the host: all that is wrong is that no device can do it.
+pub fn needs_host(failure: &Failure) -> bool {
+    let mut errors = failure.diagnostics.iter().filter(|d| d.is_error()).peekable();
+    errors.peek().is_some() && errors.all(|d| d.code == "E3001")
+}
+
+/// Why there are no values from the host.
+#[derive(Debug, thiserror::Error)]
+pub enum HostError {
+    /// The shader does not compile, or does what nobody carries out.
+    #[error(transparent)]
+    Compile(#[from] Failure),
+    /// There are no outputs or no points, or too many.
+    #[error(transparent)]
+    Grid(#[from] Error),
+}
+
+fn on_host(
+    grid: Grid,
+    run: impl FnOnce(u32, &(dyn Fn(u32) -> Globals + Sync)) -> Result<HostRun, Failure>,
+) -> Result<Shaded, HostError> {
+    let count = grid.width.checked_mul(grid.height).ok_or(Error::TooLarge { grid, reals: 1 })?;
+    if count == 0 {
+        return Err(Error::Empty.into());
+    }
+    let run = run(count, &|i| grid.globals(i % grid.width, i / grid.width))?;
+    let planes = run.outputs.into_iter().zip(run.data).map(|(output, data)| Plane {
+        name: output.name,
+        ty: output.ty,
+        grid,
+        channels: output.reals,
+        data,
+    });
+    Ok(Shaded { planes: planes.collect(), messages: run.messages, ..Shaded::default() })
 }
 
 /// Empty planes with room for all values.

@@ -124,6 +124,20 @@ pub struct Expr {
     pub span: Span,
 }
 
+impl Expr {
+    /// Whether it names a place that can be written.
+    pub fn is_place(&self) -> bool {
+        match &self.kind {
+            ExprKind::Var(_) => true,
+            ExprKind::Index(base, _)
+            | ExprKind::Component(base, _)
+            | ExprKind::Element(base, ..)
+            | ExprKind::Field(base, _) => base.is_place(),
+            _ => false,
+        }
+    }
+}
+
 /// What a call goes to.
 #[derive(Clone, Debug)]
 pub enum Callee {

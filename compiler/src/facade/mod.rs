@@ -5,6 +5,7 @@
 //! the parser accepts. It must not know files, the environment or time.
 
 mod group;
+mod host;
 mod oso_text;
 
 use crate::artifact::Artifact;
@@ -21,6 +22,7 @@ use std::sync::Arc;
 pub use crate::backend::opencl_c::Entry;
 pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
+pub use host::HostRun;
 pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
@@ -359,6 +361,17 @@ impl Master {
     ) -> Result<Values, Failure> {
         let mut points = self.evaluate_all(options, outputs, std::slice::from_ref(globals))?;
         Ok(points.pop().unwrap_or_default())
+    }
+
+    /// Runs the shader on the host; see [`Group::run_on_host`].
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        group::Parts::one(self, options).run_on_host(options, outputs, count, point)
     }
 
     /// As [`Master::evaluate`], for many points.

@@ -49,7 +49,7 @@ impl Lower<'_> {
                     Place::Stored(storage, None) => storage,
                     _ => continue,
                 }
-            } else if *output {
+            } else if *output && arg.is_place() {
                 let place = self.place(arg);
                 let storage = self.storage(&tree.var(*var).name, formal, LocalKind::Variable);
                 self.copy(&Place::whole(storage.clone()), &place, arg.span);

@@ -13,7 +13,7 @@ use crate::check::typed::{
 };
 use crate::check::{Checked, GLOBALS};
 use crate::diag::Diagnostic;
-use crate::reflect::{self, ShaderInfo};
+use crate::reflect::{self, ShaderInfo, Value};
 use crate::source::Span;
 use crate::types::{Base, Extent, StructId, Traits, Type};
 use std::collections::HashMap;

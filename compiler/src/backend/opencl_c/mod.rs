@@ -82,6 +82,11 @@ pub struct Code {
     pub strings: Vec<String>,
 }
 
+/// The outputs of a grid function with these names, as it stores them.
+pub fn outputs(shader: &Shader, names: &[String]) -> Result<Vec<Output>, Vec<Diagnostic>> {
+    Ok(entry::outputs(shader, names)?.into_iter().map(|(_, output)| output).collect())
+}
+
 /// Writes a shader. With `lines`, `#line` directives lead from the text back to the OSL source.
 pub fn emit(shader: &Shader, entry: &Entry, lines: Option<&SourceMap>) -> Result<Code, Vec<Diagnostic>> {
     let _span = tracing::debug_span!("emit", shader = shader.name).entered();
