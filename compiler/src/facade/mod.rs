@@ -7,6 +7,7 @@
 mod group;
 mod host;
 mod oso_text;
+mod text;
 
 use crate::artifact::Artifact;
 use crate::diag::{self, Diagnostic};
@@ -24,6 +25,7 @@ pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
 pub use host::HostRun;
 pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
+pub use text::{ParseError, TextError};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]

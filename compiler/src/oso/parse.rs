@@ -102,7 +102,7 @@ impl Parser {
         match self.state {
             State::Shader => self.shader(tokens, span),
             State::Symbols | State::Code => match tokens.first() {
-                Some(Token::Word(w)) if w == "code" && !line.starts_with(['\t', ' ']) => self.section(&tokens, span),
+                Some(Token::Word(w)) if w == "code" => self.section(&tokens, span),
                 _ if matches!(self.state, State::Symbols) => self.symbol(tokens, span),
                 _ => self.operation(tokens, span),
             },

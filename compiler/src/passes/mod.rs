@@ -10,6 +10,7 @@
 mod cases;
 mod closures;
 mod dead;
+mod derivatives;
 mod fold;
 pub mod link;
 mod prune;
@@ -20,6 +21,7 @@ mod textures;
 mod unroll;
 
 pub use closures::closures;
+pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
@@ -117,6 +119,10 @@ pub fn optimise_with(
     let (warnings, changed) = review::review(shader, settings.target)?;
     if changed {
         check(shader, "review");
+        reduce(shader)?;
+    }
+    if derivatives(shader) {
+        check(shader, "derivatives");
         reduce(shader)?;
     }
     textures::textures(shader)?;
