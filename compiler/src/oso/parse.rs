@@ -89,11 +89,9 @@ impl Parser {
         if let State::Version = self.state {
             return self.version(bare, span);
         }
-        if let Some(word) = bare.strip_prefix("%preprocessed_source") {
-            if word.is_empty() {
-                self.state = State::Ended;
-                return;
-            }
+        if bare == "%preprocessed_source" {
+            self.state = State::Ended;
+            return;
         }
         let tokens = match tokens(line, span) {
             Ok(tokens) => tokens,
