@@ -310,10 +310,16 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
 
 impl Master {
     /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines` and `undefines`.
+    /// Takes the text of an `.oso` file too.
     pub fn new(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Master, Failure> {
+        Master::of(|sources| front(source, options, includes, sources))
+    }
+
+    /// A master of what the front half yields.
+    fn of(front: impl FnOnce(&mut SourceMap) -> Front + Send) -> Result<Master, Failure> {
         let (result, sources) = match on_large_stack(|| {
             let mut sources = SourceMap::default();
-            let result = front(source, options, includes, &mut sources);
+            let result = front(&mut sources);
             let result = result.map(|(shader, info, warnings, nowarn)| (Box::new(shader), info, warnings, nowarn));
             (result, Arc::new(sources))
         }) {
