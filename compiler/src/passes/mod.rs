@@ -20,6 +20,7 @@ mod unroll;
 pub use closures::closures;
 pub use fold::fold;
 pub use prune::prune;
+pub(crate) use specialise::fitted;
 pub use specialise::specialise;
 pub use textures::{TextureUse, textures};
 
