@@ -35,8 +35,11 @@ pub struct Artifact {
     pub code: String,
     /// The headers that `code` includes, relative to kernels/.
     pub includes: Vec<String>,
-    /// Names of the lobe types that can occur (`LOBE_*` of kernels/lobe.h in small letters), sorted, each once.
+    /// Names of the lobe types that can occur (`LOBE_*` of kernels/lobe.h in small letters), sorted, each once; `thin_film` when
+    /// one of them can lie under a film.
     pub lobes: Vec<String>,
+    /// Names of the closures for media that can occur, sorted, each once.
+    pub volumes: Vec<String>,
     /// Fields of `ShaderGlobals` that the code reads: OSL's names of the globals.
     pub globals: Vec<&'static str>,
     /// What else of the renderer's state it reads.
@@ -78,6 +81,7 @@ impl Artifact {
             code: code.text,
             includes: code.includes,
             lobes: effects.lobes,
+            volumes: effects.volumes,
             globals: effects.globals,
             state: effects.state,
             noise: effects.noise,

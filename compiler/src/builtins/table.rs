@@ -158,7 +158,7 @@ pub static TABLE: &[Row] = &[
         &["int(int)", "int(float)", "int(float,float)", "int(point)", "int(point,float)", "int(string)"],
         Special,
     ),
-    row("hash_string", &["int(string)"], Internal),
+    row("hash_string", &["int(string)"], InternalHost),
     // What stands for a name that is none of the known ones: what kind of name, those known (with commas), the name.
     row(
         "unknown_name",
@@ -215,12 +215,12 @@ pub static TABLE: &[Row] = &[
     row(
         "split",
         &["int(string,out string[],string,int)", "int(string,out string[],string)", "int(string,out string[])"],
-        NotYet,
+        Host,
     ),
     row("substr", &["string(string,int)", "string(string,int,int)"], Host),
     row("getchar", &["int(string,int)"], Host),
-    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], NotYet),
-    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], NotYet),
+    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], Host),
+    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], Host),
     // Texture.
     row(
         "texture",

@@ -3,13 +3,14 @@
 //! In: [`Master`]s, values and connections. Out: [`Output`] or [`Failure`]. A [`Master`] alone goes the same road, as a
 //! group of one layer.
 
+use super::host::{self, HostRun};
 use super::{Binding, Entry, Failure, Master, Options, Output, Silenced, Values, on_large_stack, tell};
 use crate::artifact::Artifact;
 use crate::backend::opencl_c;
 use crate::diag::Diagnostic;
 use crate::interp;
-use crate::ir::{Const, Shader};
-use crate::passes::{self, link};
+use crate::ir::Shader;
+use crate::passes::{self, Target, link};
 use crate::source::{FileId, SourceMap};
 use crate::textures::TextureAccess;
 use link::{Connection, Hints};
@@ -68,6 +69,18 @@ impl Group {
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
         self.parts(options)?.evaluate_all(options, outputs, points)
+    }
+
+    /// Runs the group on the host, in f64 and with strings as texts, on points `0..count`: all that it computes and says. It
+    /// takes shaders whose strings a device cannot build, too. Uses the options' `bindings`.
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        self.parts(options)?.run_on_host(options, outputs, count, point)
     }
 
     /// The layers with the options' values.
@@ -169,6 +182,10 @@ impl<'a> Parts<'a> {
         files
     }
 
+    fn settings(&self, target: Target) -> passes::Settings<'_> {
+        passes::Settings { target, textures: self.textures.as_ref() }
+    }
+
     /// Joins the layers; the names that the outputs have in the joined shader come with it.
     fn link(
         &self,
@@ -211,7 +228,7 @@ impl<'a> Parts<'a> {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
             };
-            let warnings = passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
+            let warnings = passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
@@ -249,6 +266,36 @@ impl<'a> Parts<'a> {
         warnings
     }
 
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        asked: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        let files = self.files();
+        let work = || {
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Host))?;
+            let point = |i| {
+                let globals = point(i);
+                let textures = globals.textures.clone().or_else(|| self.textures.clone());
+                interp::Globals { textures, ..globals }
+            };
+            let mut run = host::run(&shader, &outputs, count, &point)?;
+            for (output, name) in run.outputs.iter_mut().zip(asked) {
+                output.name.clone_from(name);
+            }
+            Ok(run)
+        };
+        let sources = files.sources.clone();
+        match on_large_stack(work) {
+            Ok(Ok(run)) => Ok(run),
+            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
+            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
+        }
+    }
+
     pub fn evaluate_all(
         &self,
         options: &Options,
@@ -258,7 +305,7 @@ impl<'a> Parts<'a> {
         let files = self.files();
         let work = || {
             let (mut shader, outputs) = self.link(&files, options, asked)?;
-            passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
             let with = |g: &interp::Globals| interp::Globals {
                 textures: g.textures.clone().or_else(|| self.textures.clone()),
                 ..g.clone()
@@ -285,30 +332,8 @@ fn outcome(
     let mut values = Vec::with_capacity(outputs.len());
     for (name, asked) in outputs.iter().zip(asked) {
         let mut reals = Vec::new();
-        if name == "Ci" {
-            reals.extend(outcome.ci());
-        } else {
-            let param = shader.params.iter().find(|p| p.output && p.name == *name);
-            let value = param.and_then(|p| outcome.local(p.local));
-            if !value.is_some_and(|c| flatten(c, &mut reals)) {
-                let message = format!("shader `{}` has no output parameter `{name}` of numbers", shader.name);
-                return Err(vec![Diagnostic::global("E4203", message)]);
-            }
-        }
+        host::reals(shader, (globals, &outcome), name, &mut reals).map_err(|d| vec![d])?;
         values.push((asked.clone(), reals));
     }
     Ok(values)
-}
-
-/// The reals that a constant is made of; false when it holds strings.
-fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
-    match c {
-        Const::Int(v) => out.push(f64::from(*v)),
-        Const::Float(v) => out.push(*v),
-        Const::Triple(v) => out.extend(v),
-        Const::Matrix(m) => out.extend(m),
-        Const::Str(_) => return false,
-        Const::Array(items) => return items.iter().all(|c| flatten(c, out)),
-    }
-    true
 }

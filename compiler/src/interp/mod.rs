@@ -65,6 +65,11 @@ fn call(name: &str, ret: Ty, args: &[Const]) -> Option<Const> {
         .or_else(|| text::call(name, args))
 }
 
+/// A built-in on constants that writes to one array on the host: the elements to write, from the first on, and its result.
+pub fn fold_call_with_output(func: FuncId, args: &[Const], room: usize) -> Option<(Vec<Const>, Const)> {
+    text::call_with_output(builtins::row(func).name, args, room)
+}
+
 /// A built-in with output arguments: their values in order.
 fn call_with_outputs(name: &str, args: &[Const]) -> Option<Vec<Const>> {
     match name {

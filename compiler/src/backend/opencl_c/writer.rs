@@ -65,7 +65,7 @@ impl Expr {
         if self.prec >= prec { self.text.clone() } else { format!("({})", self.text) }
     }
 
-    fn reads(mut self, others: &[&Expr]) -> Expr {
+    pub(super) fn reads(mut self, others: &[&Expr]) -> Expr {
         for other in others {
             for l in &other.loads {
                 if !self.loads.contains(l) {
@@ -485,8 +485,10 @@ impl<'a> Writer<'a> {
                 }
             },
             Inst::Call(func, args) => self.builtin(*func, args, &[], Some(ty)),
+            Inst::Albedo(id, args) => super::lobes::albedo(self, *id, args),
             Inst::Closure(..)
             | Inst::NullClosure
+            | Inst::Layer(..)
             | Inst::AddClosure(..)
             | Inst::ScaleClosure(..)
             | Inst::ClosureIsSet(_) => {
