@@ -43,8 +43,8 @@ pub fn write(checked: &Checked, sources: &SourceMap, comments: Vec<String>) -> R
     for (param, info) in shader.params.iter().zip(&checked.info.params) {
         writer.param(param, info);
     }
-    for (param, info) in shader.params.iter().zip(&checked.info.params) {
-        writer.param_default(param, info);
+    for param in &shader.params {
+        writer.param_default(param);
     }
     writer.section(MAIN);
     writer.frames.push(Frame { result: None, nesting: 0, function: false });
