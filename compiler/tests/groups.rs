@@ -319,7 +319,7 @@ fn interactive_parameters_are_read_at_run_time() {
         interactive: list.iter().map(|(n, v)| (n.to_string(), Const::Float(*v))).collect(),
         ..globals.clone()
     };
-    let points = [set(&[]), set(&[("f", 3.0)]), set(&[("g", 4.0), ("plain", 9.0)])];
+    let points = [set(&[]), set(&[("a.f", 3.0)]), set(&[("a.g", 4.0), ("a.plain", 9.0)])];
     let found = group.evaluate_all(&Options::default(), &["r".into()], &points).expect("values");
     let found: Vec<f64> = found.iter().map(|p| p[0].1[0]).collect();
     assert_eq!(found, [206.0, 208.0, 241.0]);
@@ -332,7 +332,7 @@ fn interactive_parameters_are_read_at_run_time() {
     let inputs = group.instance(&options).expect("an artifact").artifact.inputs;
     let slots: Vec<_> =
         inputs.interactive.iter().map(|s| (s.name.as_str(), s.offset, s.has, s.default.clone())).collect();
-    assert_eq!(slots, [("f", 0, None, vec![1.0]), ("g", 1, Some(2), vec![]), ("plain", 3, None, vec![3.0])]);
+    assert_eq!(slots, [("a.f", 0, None, vec![1.0]), ("a.g", 1, Some(2), vec![]), ("a.plain", 3, None, vec![3.0])]);
 }
 
 #[test]

@@ -189,8 +189,7 @@ proptest! {
         which in any::<Index>(),
         damages in prop::collection::vec((any::<Index>(), any::<Index>(), 0u8..7), 1..4),
     ) {
-        let text: &String = which.get(WRITTEN.as_slice());
-        survives(&damaged(text, &damages));
+        survives(&damaged(which.get::<String>(&WRITTEN), &damages));
     }
 
     #[test]

@@ -195,7 +195,7 @@ impl Source {
 /// A value that the renderer supplies beside the globals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
-    /// Of userdata its name; of an interactive parameter its flattened name, with its layer in front in a group of several.
+    /// Of userdata its name; of an interactive parameter its flattened name, in a group with its layer in front.
     pub name: String,
     /// Where it comes from.
     pub source: Source,

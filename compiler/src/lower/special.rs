@@ -105,7 +105,8 @@ impl Lower<'_> {
                 self.internal("array_length", vec![Arg::Array(array)], ty, span)
             }
             "arraylength" => {
-                let len = self.array(&args[0]).and_then(|l| self.out.locals[l.0 as usize].len);
+                // Of an array of structs, each field is an array of its length.
+                let len = self.place(&args[0]).first_local().and_then(|l| self.out.locals[l.0 as usize].len);
                 let len = len.or_else(|| match args[0].ty.extent {
                     crate::types::Extent::Fixed(n) => Some(n),
                     _ => None,

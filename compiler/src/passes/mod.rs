@@ -24,6 +24,7 @@ pub use closures::closures;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
+pub(crate) use specialise::fitted;
 pub use specialise::specialise;
 pub use textures::{TextureUse, textures};
 
