@@ -10,6 +10,7 @@ pub use effects::{Radiance, State};
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
 use crate::messages::{Decoder, Site};
+use crate::passes::{self, TextureUse};
 use crate::reflect::ShaderInfo;
 use serde::Serialize;
 
@@ -32,14 +33,19 @@ pub struct Artifact {
     pub code: String,
     /// The headers that `code` includes, relative to kernels/.
     pub includes: Vec<String>,
-    /// Names of the lobe types that can occur (`LOBE_*` of kernels/lobe.h in small letters), sorted, each once.
+    /// Names of the lobe types that can occur (`LOBE_*` of kernels/lobe.h in small letters), sorted, each once; `thin_film` when
+    /// one of them can lie under a film.
     pub lobes: Vec<String>,
+    /// Names of the closures for media that can occur, sorted, each once.
+    pub volumes: Vec<String>,
     /// Fields of `ShaderGlobals` that the code reads: OSL's names of the globals.
     pub globals: Vec<&'static str>,
     /// What else of the renderer's state it reads.
     pub state: State,
     /// Noise kinds in use: `perlin`, `uperlin`, `cell`, `hash`, `simplex`, `usimplex`.
     pub noise: Vec<String>,
+    /// Texture files that it can look up, by name.
+    pub textures: Vec<TextureUse>,
     /// Radiance that the front side emits.
     pub emission: Radiance,
     /// Radiance of the environment.
@@ -71,9 +77,12 @@ impl Artifact {
             code: code.text,
             includes: code.includes,
             lobes: effects.lobes,
+            volumes: effects.volumes,
             globals: effects.globals,
             state: effects.state,
             noise: effects.noise,
+            // Names that are not known were refused by the passes.
+            textures: passes::textures(shader).unwrap_or_default(),
             emission: effects.emission,
             background: effects.background,
             has_transparent: effects.transparent,

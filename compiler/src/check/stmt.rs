@@ -28,7 +28,7 @@ impl Checker {
     }
 
     fn condition(&mut self, e: &ast::Expr) -> Option<Expr> {
-        let expr = self.expr(e, None)?;
+        let expr = self.expr(e, Some(Type::INT))?;
         self.truth(expr)
     }
 
@@ -105,7 +105,7 @@ impl Checker {
             return;
         }
         let init = match &d.init {
-            Some(init) => self.initial(init, ty, &format!("`{}`", d.name.name)),
+            Some(init) => self.assigned(init, ty, &format!("`{}`", d.name.name)),
             None => None,
         };
         let ty = self.settle_extent(ty, init.as_ref());
@@ -115,7 +115,13 @@ impl Checker {
 
     fn return_(&mut self, at: &ast::Stmt, value: Option<&ast::Init>, out: &mut Vec<Stmt>) {
         self.returned = true;
-        let Some(wanted) = self.returns else { return };
+        let Some(wanted) = self.returns else {
+            // The function's type is unknown, which was said.
+            if let Some(ast::Init::Expr(e)) = value {
+                self.expr(e, None);
+            }
+            return;
+        };
         let value = match value {
             None => {
                 if wanted != Type::VOID {

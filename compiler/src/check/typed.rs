@@ -137,7 +137,7 @@ pub enum Callee {
         /// Which are outputs.
         outputs: Vec<bool>,
     },
-    /// A closure; token/value arguments follow the `formals`.
+    /// A closure; behind the `formals` follow a value per token of its row, and the label if the call has one.
     Closure {
         /// The row.
         id: ClosureId,

@@ -145,9 +145,22 @@ impl Global {
         }
     }
 
+    /// The global that it is a derivative of; itself when it is none.
+    pub fn base(self) -> Global {
+        use Global::*;
+        match self {
+            DPdx | DPdy => P,
+            DIdx | DIdy => I,
+            DPsdx | DPsdy => Ps,
+            DUdx | DUdy => U,
+            DVdx | DVdy => V,
+            other => other,
+        }
+    }
+
     /// Whether it is a derivative of another.
     pub fn is_derivative(self) -> bool {
-        self > Global::Ci
+        self.base() != self
     }
 }
 
@@ -234,7 +247,7 @@ pub struct LobeSlot {
     pub closure: builtins::ClosureId,
     /// Local of type `Triple`: the lobe's weight in Ci when the shader ends (zero when the call was not reached).
     pub weight: LocalId,
-    /// One per formal argument.
+    /// One per formal argument, then one per token of the closure's row. The tint went into the weight: it is the constant 1.
     pub args: Vec<SlotArg>,
     /// The call.
     pub span: Span,
@@ -311,7 +324,8 @@ pub enum Inst {
     Select(ValueId, ValueId, ValueId),
     /// A built-in without effects and outputs.
     Call(builtins::FuncId, Vec<Arg>),
-    /// A closure call: one lobe with weight 1.
+    /// A closure call: one lobe with weight 1. Arguments: the formal ones, a value per token of the row, and a label (a string)
+    /// if the call has one.
     Closure(builtins::ClosureId, Vec<ValueId>),
     /// The empty closure.
     NullClosure,
@@ -319,6 +333,11 @@ pub enum Inst {
     AddClosure(ValueId, ValueId),
     /// Closure (first) times a triple or float (second).
     ScaleClosure(ValueId, ValueId),
+    /// The first closure over the second, which is scaled by one minus the first's directional albedo.
+    Layer(ValueId, ValueId),
+    /// The directional albedo towards the viewer of a lobe, per channel, 0..1 (`Triple`). Arguments as in a [`LobeSlot`]; the tint is
+    /// not part of it.
+    Albedo(builtins::ClosureId, Vec<ValueId>),
     /// 1 when the closure is not empty (has a component whose weight was made, even if it is zero), else 0.
     ClosureIsSet(ValueId),
 }

@@ -161,6 +161,8 @@ fn inst(inst: &Inst) -> String {
         Inst::Closure(id, _) => {
             format!("closure {}#{} {operands}", builtins::closure(*id).name, id.0).trim_end().into()
         }
+        Inst::Albedo(id, _) => format!("albedo {}#{} {operands}", builtins::closure(*id).name, id.0).trim_end().into(),
+        Inst::Layer(..) => format!("layer {operands}"),
         Inst::NullClosure => "null".into(),
         Inst::AddClosure(..) => format!("addclosure {operands}"),
         Inst::ScaleClosure(..) => format!("scaleclosure {operands}"),

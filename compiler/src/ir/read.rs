@@ -445,6 +445,8 @@ impl Reader {
                 Inst::Call(func, args)
             }
             "closure" => Inst::Closure(self.closure_id()?, self.values_here()?),
+            "albedo" => Inst::Albedo(self.closure_id()?, self.values_here()?),
+            "layer" => Inst::Layer(self.value_id()?, self.value_id()?),
             "null" => Inst::NullClosure,
             "addclosure" => Inst::AddClosure(self.value_id()?, self.value_id()?),
             "scaleclosure" => Inst::ScaleClosure(self.value_id()?, self.value_id()?),

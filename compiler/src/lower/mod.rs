@@ -15,6 +15,7 @@ mod noise;
 mod place;
 mod special;
 mod stmt;
+mod texture;
 
 use crate::check::Checked;
 use crate::check::typed::{self, FunctionId, VarId, VarKind};

@@ -77,6 +77,8 @@ impl Lower<'_> {
                 self.internal(row, arg_values(&values), ty, span)
             }
             "spline" | "splineinverse" => self.spline(name, args, e)?,
+            "texture" | "texture3d" | "environment" => self.texture(name, args, e)?,
+            "gettextureinfo" => return self.textureinfo(args, e),
             "raytype" => self.by_name("ray type", &args[0], &RAY_TYPES.map(|r| r.0), Ty::Int, true, |l, i| {
                 let bit = l.int(RAY_TYPES[i].1, span);
                 l.internal("raytype_bit", vec![Arg::Value(bit)], Ty::Int, span)

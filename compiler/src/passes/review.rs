@@ -93,12 +93,13 @@ pub(super) fn review(shader: &mut Shader) -> Result<(Vec<Diagnostic>, bool), Vec
         }
     }
     for slot in &shader.slots {
-        let name = builtins::closure(slot.closure).name;
-        let at = match name {
-            "microfacet" => 0,
-            "conductor_bsdf" => slot.args.len() - 1,
-            _ => continue,
-        };
+        let row = builtins::closure(slot.closure);
+        let name = row.name;
+        if !row.simplified.is_empty() {
+            let message = format!("`{name}` {}", row.simplified);
+            add(&mut warnings, Diagnostic::warning("W3002", slot.span, message).help("docs/closures.md tells more"));
+        }
+        let Some(at) = row.distribution() else { continue };
         let names = match &slot.args[at] {
             SlotArg::Const(Const::Str(s)) => BTreeSet::from([s.clone()]),
             SlotArg::Const(_) => continue,
@@ -165,7 +166,7 @@ fn knots_message(basis: &str, knots: u32) -> Option<String> {
 }
 
 /// Where the strings of each local come from, whatever the flow of control.
-struct Strings {
+pub(super) struct Strings {
     values: HashMap<LocalId, Vec<ValueId>>,
     copies: HashMap<LocalId, Vec<LocalId>>,
     /// Locals that something other than the shader may write.
@@ -173,7 +174,7 @@ struct Strings {
 }
 
 impl Strings {
-    fn of(shader: &Shader) -> Strings {
+    pub(super) fn of(shader: &Shader) -> Strings {
         let mut strings = Strings { values: HashMap::new(), copies: HashMap::new(), foreign: HashSet::new() };
         let is_string = |l: &LocalId| shader.locals[l.0 as usize].ty == Ty::Str;
         for block in shader.blocks() {
@@ -192,7 +193,12 @@ impl Strings {
 
     /// All constants that these values and locals can be; `None` when something else may be among them. What is read
     /// without having been stored does not count: its value is undefined.
-    fn trace(&self, shader: &Shader, mut values: Vec<ValueId>, mut locals: Vec<LocalId>) -> Option<BTreeSet<String>> {
+    pub(super) fn trace(
+        &self,
+        shader: &Shader,
+        mut values: Vec<ValueId>,
+        mut locals: Vec<LocalId>,
+    ) -> Option<BTreeSet<String>> {
         let mut found = BTreeSet::new();
         let (mut seen_values, mut seen_locals) = (HashSet::new(), HashSet::new());
         loop {

@@ -28,6 +28,7 @@ mod arrays;
 mod entry;
 mod headers;
 mod literal;
+pub(crate) mod lobes;
 mod names;
 mod records;
 mod stmt;

@@ -56,7 +56,7 @@ pub(super) struct Expr {
 }
 
 impl Expr {
-    fn new(text: impl Into<String>, prec: Prec) -> Expr {
+    pub(super) fn new(text: impl Into<String>, prec: Prec) -> Expr {
         Expr { text: text.into(), prec, loads: Vec::new(), whole: None, splat: None, update: None }
     }
 
@@ -65,7 +65,7 @@ impl Expr {
         if self.prec >= prec { self.text.clone() } else { format!("({})", self.text) }
     }
 
-    fn reads(mut self, others: &[&Expr]) -> Expr {
+    pub(super) fn reads(mut self, others: &[&Expr]) -> Expr {
         for other in others {
             for l in &other.loads {
                 if !self.loads.contains(l) {
@@ -482,8 +482,10 @@ impl<'a> Writer<'a> {
                 }
             },
             Inst::Call(func, args) => self.builtin(*func, args, &[], Some(ty)),
+            Inst::Albedo(id, args) => super::lobes::albedo(self, *id, args),
             Inst::Closure(..)
             | Inst::NullClosure
+            | Inst::Layer(..)
             | Inst::AddClosure(..)
             | Inst::ScaleClosure(..)
             | Inst::ClosureIsSet(_) => {

@@ -42,10 +42,36 @@ impl Rewriter {
             (name, [Operand::Number(x), Operand::Array(knots)]) if name.starts_with("spline") => {
                 self.spline(name, v, *x, *knots)
             }
+            ("texture_lookup", [_, Operand::Number(s), Operand::Number(t), ..]) => {
+                let (ds, dt) = (self.also("texture_ds", v, &numbers), self.also("texture_dt", v, &numbers));
+                self.by_coordinates(&[(ds, *s), (dt, *t)])
+            }
+            ("texture3d_lookup", [_, Operand::Number(p), ..]) => {
+                let slopes = ["texture3d_ds", "texture3d_dt", "texture3d_dr"].map(|r| self.also(r, v, &numbers));
+                let parts = [0, 1, 2].map(|i| (slopes[i], self.component(*p, i as i32)));
+                self.by_coordinates(&parts)
+            }
             (name, _) if name.starts_with("noise_") || name.starts_with("pnoise_") => self.noise(name, v, &numbers),
             _ => self.geometric(name, v, &numbers),
         };
         Dual { v, d }
+    }
+
+    /// A row with the arguments and the type of another.
+    fn also(&mut self, row: &str, v: ValueId, args: &[Dual]) -> ValueId {
+        let values: Vec<ValueId> = args.iter().map(|a| a.v).collect();
+        self.plain(row, &values, self.ty(v))
+    }
+
+    /// The sum of slopes by floats times the floats' derivatives.
+    fn by_coordinates(&mut self, parts: &[(ValueId, Dual)]) -> Slope {
+        let mut sum = None;
+        for (slope, x) in parts {
+            let x = self.splat(*x, self.ty(*slope));
+            let d = self.scale(*slope, x.d);
+            sum = self.add_slopes(sum, d);
+        }
+        sum
     }
 
     /// The derivatives of the outputs of a call, in order.
