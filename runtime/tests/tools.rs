@@ -155,7 +155,7 @@ fn the_commands_take_oso() {
     fs::write(at.join("bad.oso"), text).expect("a file");
     let bad = oslcl(&at, &["check", "bad.oso"]);
     assert_eq!(bad.code, Some(1));
-    for part in ["bad.oso:", "E5002", "`luminanse` is not known", "is `luminance` meant?"] {
+    for part in ["bad.oso:", "E5002", "`luminanse` is not known", "is `luminance` meant?; it comes from chalk.osl:6"] {
         assert!(bad.err.contains(part), "`{part}` is not in: {}", bad.err);
     }
 }
