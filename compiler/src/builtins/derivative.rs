@@ -28,13 +28,6 @@ const ZERO: &[&str] = &[
     "determinant",
     "noise_cell",
     "noise_hash",
-    // As in the reference implementation.
-    "environment_lookup",
-    "texture_ds",
-    "texture_dt",
-    "texture3d_ds",
-    "texture3d_dt",
-    "texture3d_dr",
     // The filter's width counts, the slope does not.
     "noise_gabor",
     "pnoise_gabor",
@@ -64,8 +57,6 @@ const ZERO: &[&str] = &[
 
 /// Rows with formulas in `passes::derivatives`.
 const RULES: &[&str] = &[
-    "texture_lookup",
-    "texture3d_lookup",
     "radians",
     "degrees",
     "sin",
