@@ -46,8 +46,8 @@ pub mod types;
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
 pub use facade::{
-    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Output, Values,
-    check_only, compile, inspect,
+    Binding, Bound, ColorSystem, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Output,
+    Values, check_only, compile, inspect,
 };
 pub use interp::{Globals, Space};
 pub use preprocess::Includes;

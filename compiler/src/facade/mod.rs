@@ -17,6 +17,7 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
+pub use crate::lower::ColorSystem;
 pub use crate::passes::link::{Connection, Hints};
 pub use group::{Bound, Group, Layer};
 
@@ -58,6 +59,11 @@ pub struct Options {
     pub undefines: Vec<String>,
     /// Values of parameters by flattened name (`a.x` for field x of struct parameter a). The others keep their defaults.
     pub bindings: Vec<(String, Binding)>,
+    /// The names of the spaces that the renderer knows beyond those of every renderer, in the order of `other_spaces` from
+    /// its fourth on (kernels/globals.h).
+    pub spaces: Vec<String>,
+    /// What linear RGB is.
+    pub color_system: ColorSystem,
     /// What to write.
     pub entry: Entry,
     /// Write `#line` directives that lead from the code back to the OSL source.
@@ -71,6 +77,8 @@ impl Default for Options {
             defines: Vec::new(),
             undefines: Vec::new(),
             bindings: Vec::new(),
+            spaces: Vec::new(),
+            color_system: ColorSystem::default(),
             entry: Entry::Material,
             line_directives: false,
         }
@@ -200,7 +208,8 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
     let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
     let file = parse::parse(&pre)?;
     let checked = check::check(&file)?;
-    let shader = lower::lower(&checked)?;
+    let settings = lower::Settings { spaces: options.spaces.clone(), color_system: options.color_system.clone() };
+    let shader = lower::lower_for(&checked, &settings)?;
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
     warnings.extend(tell(sources, &pre.nowarn, checked.warnings));
@@ -208,7 +217,8 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
 }
 
 impl Master {
-    /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines` and `undefines`.
+    /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines`, `undefines`,
+    /// `spaces` and `color_system`.
     pub fn new(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Master, Failure> {
         let (result, sources) = match on_large_stack(|| {
             let mut sources = SourceMap::default();
