@@ -42,6 +42,9 @@ typedef struct {
     __global uint *records;  // where what the shader says goes (osl/records.h); 0: nobody listens
     uint point;              // the number of the point in those records
 #endif
+#ifdef HAS_TEXTURES
+    __global const uint *textures; // all texture files (osl/texture_data.h)
+#endif
 } ShaderGlobals;
 
 #endif

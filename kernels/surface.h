@@ -10,8 +10,11 @@
 #include "globals.h"
 
 // Where what the shader says goes; its number tells whose it is.
-static inline void surface_messages(const Context *c, ShaderGlobals *sg)
+static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
 {
+#ifdef HAS_TEXTURES
+    sg->textures = c->textures;
+#endif
 #ifdef HAS_MESSAGES
 #ifdef MATERIAL_NUMBER
     sg->records = c->messages;
@@ -152,7 +155,7 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     sg->camera_space = 0;
 #endif
     sg->other_spaces = 0;
-    surface_messages(c, sg);
+    surface_buffers(c, sg);
     return s;
 }
 
@@ -173,7 +176,7 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
     sg->camera_space = 0;
 #endif
     sg->other_spaces = 0;
-    surface_messages(c, sg);
+    surface_buffers(c, sg);
 }
 
 #endif

@@ -112,6 +112,19 @@ impl SourceMap {
         self.files.is_empty()
     }
 
+    /// The names of all files, the main one first.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|f| f.name.as_str())
+    }
+
+    /// The text of a line (from 1) of the first file with this name; empty when there is none.
+    pub fn line_of(&self, name: &str, line: u32) -> &str {
+        match self.files.iter().position(|f| f.name == name) {
+            Some(index) if line > 0 => self.line_text(FileId(index as u32), line),
+            _ => "",
+        }
+    }
+
     /// Where a span starts.
     pub fn locate(&self, span: Span) -> Location {
         let file = self.file(span.file);

@@ -7,7 +7,11 @@
 #define VERTEX_REALS 14
 
 __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_z, __global const real *spaces,
-                       __global const real *vertices, __global real *outputs)
+                       __global const real *vertices, __global real *outputs
+#ifdef HAS_TEXTURES
+                       , __global const uint *textures
+#endif
+                       )
 {
     const uint i = (uint)get_global_id(0);
     if (i >= count) return;
@@ -29,6 +33,9 @@ __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_
     sg.raytype = 0;
     sg.object_space = spaces;
     sg.camera_space = spaces + 32;
+#ifdef HAS_TEXTURES
+    sg.textures = textures;
+#endif
     real values[6];
     DISPLACE_ENTRY(&sg, values);
     vstore3((real3)(values[0], values[1], values[2]) - sg.P, 2 * (size_t)i, outputs);

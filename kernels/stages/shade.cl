@@ -50,6 +50,9 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #ifdef HAS_MESSAGES
                     , __global uint *records
 #endif
+#ifdef HAS_TEXTURES
+                    , __global const uint *textures
+#endif
                     )
 {
     const uint i = (uint)get_global_id(0);
@@ -74,6 +77,9 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
     sg.other_spaces = spaces + 96;
 #ifdef HAS_DERIVATIVES
     grid_derivatives(&sg, (real2)(patch[0], patch[1]), width, height, flags);
+#endif
+#ifdef HAS_TEXTURES
+    sg.textures = textures;
 #endif
 #ifdef HAS_MESSAGES
     sg.records = records;

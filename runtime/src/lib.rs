@@ -16,5 +16,6 @@ pub mod programs;
 pub mod render;
 pub mod scene;
 pub mod shade;
+pub mod textures;
 pub mod told;
 pub mod wavefront;

@@ -19,7 +19,9 @@
 
 use crate::assemble;
 use crate::device::{self, Arg, Buffer, Device, Program};
+use crate::materials;
 use crate::precision::Precision;
+use crate::textures::{self, Library, Packed};
 use oslcl_compiler::reflect::ShaderInfo;
 use oslcl_compiler::{Artifact, Entry, Failure, Master, Options};
 
@@ -69,6 +71,8 @@ pub struct Shaded {
     pub planes: Vec<Plane>,
     /// What the shader said: by points, row by row, then in the order of the program.
     pub messages: Vec<Message>,
+    /// Texture files that are missing, each with the shader and the cause.
+    pub warnings: Vec<String>,
 }
 
 /// Why there are no values.
@@ -83,6 +87,9 @@ pub enum Error {
     /// What came back as messages is none.
     #[error(transparent)]
     Messages(#[from] oslcl_compiler::messages::Damaged),
+    /// The textures can't be held.
+    #[error(transparent)]
+    Textures(#[from] textures::Error),
     /// There are no outputs or no points.
     #[error("nothing to shade: the grid or the list of outputs is empty")]
     Empty,
@@ -124,18 +131,32 @@ pub fn compile(master: &Master, options: &Options, outputs: &[String]) -> Result
     Ok(master.instance(&options)?.artifact)
 }
 
-/// Builds the artifact of [`compile`] for the device and runs it over the grid.
+/// Builds the artifact of [`compile`] for the device and runs it over the grid. Textures are looked for where the names of
+/// their files say.
 pub fn run(device: &Device, artifact: &Artifact, grid: Grid, precision: Precision) -> Result<Shaded, Error> {
+    run_with(device, artifact, grid, precision, &Library::default())
+}
+
+/// As [`run`], with the textures of a library; it is the one that the options of [`compile`] should have, too.
+pub fn run_with(
+    device: &Device,
+    artifact: &Artifact,
+    grid: Grid,
+    precision: Precision,
+    library: &Library,
+) -> Result<Shaded, Error> {
     if precision.is_double() && !device.info.double {
         return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
     }
-    let mut shaded = Shaded { planes: planes(artifact, grid)?, messages: Vec::new() };
+    let mut shaded = Shaded { planes: planes(artifact, grid)?, ..Shaded::default() };
+    shaded.warnings.extend(materials::missing(library, artifact));
+    let packed = textures::pack(library, artifact.textures.iter().map(|t| t.file.as_str()))?;
     let _span = tracing::debug_span!("shade", shader = artifact.name).entered();
     let program = Program::build(device, &artifact.name, &program(artifact)?, precision.build_options())?;
     if precision.is_double() {
-        launch::<f64>(device, &program, artifact, grid, &mut shaded)?;
+        launch::<f64>(device, &program, artifact, grid, &packed, &mut shaded)?;
     } else {
-        launch::<f32>(device, &program, artifact, grid, &mut shaded)?;
+        launch::<f32>(device, &program, artifact, grid, &packed, &mut shaded)?;
     }
     Ok(shaded)
 }
@@ -163,8 +184,9 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
 fn program(artifact: &Artifact) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
     let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
+    let textures: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
     let text = format!(
-        "{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
+        "{textures}{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
         if artifact.sites.is_empty() { "" } else { "#define HAS_MESSAGES\n" },
         artifact.code,
         artifact.entry
@@ -230,6 +252,7 @@ fn launch<T: Real>(
     program: &Program,
     artifact: &Artifact,
     grid: Grid,
+    packed: &Packed,
     shaded: &mut Shaded,
 ) -> Result<(), Error> {
     let kernel = program.kernel(device, "shade")?;
@@ -241,7 +264,11 @@ fn launch<T: Real>(
     let patch = upload::<T>(device, "patch", &grid.patch().map(f64::from))?;
     let outputs = device.buffer("shade outputs", band * width * reals.max(1) * size_of::<T>() as u64)?;
     let mut records = if artifact.sites.is_empty() { None } else { Some(Records::new(device, RECORD_WORDS)?) };
-    let decoder = artifact.decoder([]);
+    let decoder = artifact.decoder(&packed.messages);
+    let textures = match artifact.textures.is_empty() {
+        true => None,
+        false => Some(device.upload("textures", &packed.words)?),
+    };
     let mut row = 0;
     while row < height {
         let count = band.min(height - row) * width;
@@ -260,6 +287,7 @@ fn launch<T: Real>(
             Arg::Buffer(&outputs),
         ];
         args.extend(records.iter().map(|r| Arg::Buffer(&r.buffer)));
+        args.extend(textures.iter().map(Arg::Buffer));
         kernel.launch(device, &args, (count as usize).next_multiple_of(GROUP), GROUP)?;
         if let Some(records) = &mut records {
             match records.take(device)? {

@@ -10,6 +10,7 @@ pub use effects::{Radiance, State};
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
 use crate::messages::{Decoder, Site};
+use crate::passes::{self, TextureUse};
 use crate::reflect::ShaderInfo;
 use serde::Serialize;
 
@@ -40,6 +41,8 @@ pub struct Artifact {
     pub state: State,
     /// Noise kinds in use: `perlin`, `uperlin`, `cell`, `hash`, `simplex`, `usimplex`.
     pub noise: Vec<String>,
+    /// Texture files that it can look up, by name.
+    pub textures: Vec<TextureUse>,
     /// Radiance that the front side emits.
     pub emission: Radiance,
     /// Radiance of the environment.
@@ -74,6 +77,8 @@ impl Artifact {
             globals: effects.globals,
             state: effects.state,
             noise: effects.noise,
+            // Names that are not known were refused by the passes.
+            textures: passes::textures(shader).unwrap_or_default(),
             emission: effects.emission,
             background: effects.background,
             has_transparent: effects.transparent,

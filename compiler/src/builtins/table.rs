@@ -223,11 +223,25 @@ pub static TABLE: &[Row] = &[
     row(
         "texture",
         &["float(string,float,float,...)", "color(string,float,float,...)", "vector(string,float,float,...)"],
-        NotYet,
+        Special,
     ),
-    row("texture3d", &["float(string,point,...)", "color(string,point,...)", "vector(string,point,...)"], NotYet),
-    row("environment", &["float(string,vector,...)", "color(string,vector,...)", "vector(string,vector,...)"], NotYet),
-    row("gettextureinfo", &["int(string,string,...)", "int(string,float,float,string,...)"], NotYet),
+    row("texture3d", &["float(string,point,...)", "color(string,point,...)", "vector(string,point,...)"], Special),
+    row("environment", &["float(string,vector,...)", "color(string,vector,...)", "vector(string,vector,...)"], Special),
+    row("gettextureinfo", &["int(string,string,any)", "int(string,float,float,string,any)"], Special),
+    // The lookups, and their derivatives by s, t and r. `lower::texture` says what each argument is. A lookup's own
+    // derivative by x is _ds times that of s plus _dt times that of t; its other arguments have none.
+    row("texture_lookup", TEXTURE, InternalState),
+    row("texture_ds", TEXTURE, InternalState),
+    row("texture_dt", TEXTURE, InternalState),
+    row("texture3d_lookup", TEXTURE3D, InternalState),
+    row("texture3d_ds", TEXTURE3D, InternalState),
+    row("texture3d_dt", TEXTURE3D, InternalState),
+    row("texture3d_dr", TEXTURE3D, InternalState),
+    row("environment_lookup", ENVIRONMENT, InternalState),
+    // File, s, t, subimage by number and by name: the message of a lookup that finds nothing, else "".
+    row("texture_error", &["string(string,float,float,int,string)"], InternalState),
+    // File, s, t, whether they were given, which information. The pass `textures` answers it.
+    row("textureinfo", &["int(string,float,float,int,string,out any)"], Internal),
     row("pointcloud_search", &["int(string,point,float,int,...)"], NotYet),
     row("pointcloud_get", &["int(string,int[],int,string,...)"], NotYet),
     row("pointcloud_write", &["int(string,point,...)"], NotYet),
@@ -412,6 +426,23 @@ const PNOISE_KIND: &[&str] = &[
     "vector(float,float,float,float)",
     "vector(vector,vector)",
     "vector(vector,float,vector,float)",
+];
+
+/// File; s, t, dsdx, dtdx, dsdy, dtdy; mode, first channel, subimage by number, by name; swidth, twidth, sblur, tblur, fill;
+/// colour of a missing file.
+const TEXTURE: &[&str] = &[
+    "float(string,float,float,float,float,float,float,int,int,int,string,float,float,float,float,float,vector)",
+    "vector(string,float,float,float,float,float,float,int,int,int,string,float,float,float,float,float,vector)",
+];
+
+/// File; position; mode, first channel, subimage by number, by name; fill; colour of a missing file.
+const TEXTURE3D: &[&str] =
+    &["float(string,point,int,int,int,string,float,vector)", "vector(string,point,int,int,int,string,float,vector)"];
+
+/// File; R, dRdx, dRdy; the rest as in `TEXTURE`.
+const ENVIRONMENT: &[&str] = &[
+    "float(string,vector,vector,vector,int,int,int,string,float,float,float,float,float,vector)",
+    "vector(string,vector,vector,vector,int,int,int,string,float,float,float,float,float,vector)",
 ];
 
 /// Point, its differences between pixels along x and y; anisotropic, direction, bandwidth, impulses, do_filter.

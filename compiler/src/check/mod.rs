@@ -9,7 +9,7 @@
 //! the like.
 
 mod call;
-mod constant;
+pub(crate) mod constant;
 mod convert;
 mod decl;
 mod expr;
@@ -38,6 +38,24 @@ pub struct Checked {
     /// Warnings.
     pub warnings: Vec<Diagnostic>,
 }
+
+/// The shader globals: name, type, writable. The reference front end protects these few only; the specification's table
+/// depends on the shader's kind (chapter 6), but shaders in the wild write P and N in surfaces too.
+pub(crate) const GLOBALS: [(&str, Base, bool); 13] = [
+    ("P", Base::Point, true),
+    ("I", Base::Vector, true),
+    ("N", Base::Normal, true),
+    ("Ng", Base::Normal, false),
+    ("u", Base::Float, false),
+    ("v", Base::Float, false),
+    ("dPdu", Base::Vector, false),
+    ("dPdv", Base::Vector, false),
+    ("Ps", Base::Point, false),
+    ("time", Base::Float, false),
+    ("dtime", Base::Float, false),
+    ("dPdtime", Base::Vector, false),
+    ("Ci", Base::Closure, true),
+];
 
 /// Most findings of one run.
 const MAX_ERRORS: usize = 100;
@@ -125,24 +143,6 @@ impl Checker {
     }
 
     fn declare_globals(&mut self) {
-        use Base::*;
-        // Name, type, writable. The reference front end protects these few only; the specification's table depends on
-        // the shader's kind (LANGUAGE: chapter 6), but shaders in the wild write P and N in surfaces too.
-        const GLOBALS: [(&str, Base, bool); 13] = [
-            ("P", Point, true),
-            ("I", Vector, true),
-            ("N", Normal, true),
-            ("Ng", Normal, false),
-            ("u", Float, false),
-            ("v", Float, false),
-            ("dPdu", Vector, false),
-            ("dPdv", Vector, false),
-            ("Ps", Point, false),
-            ("time", Float, false),
-            ("dtime", Float, false),
-            ("dPdtime", Vector, false),
-            ("Ci", Closure, true),
-        ];
         for (name, base, writable) in GLOBALS {
             let span = Span { file: FileId(0), start: 0, end: 0 };
             let var = Var { name: name.into(), ty: Type::scalar(base), kind: VarKind::Global, writable, span };

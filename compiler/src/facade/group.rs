@@ -11,6 +11,7 @@ use crate::interp;
 use crate::ir::{Const, Shader};
 use crate::passes::{self, link};
 use crate::source::{FileId, SourceMap};
+use crate::textures::TextureAccess;
 use link::{Connection, Hints};
 use std::sync::Arc;
 
@@ -71,7 +72,12 @@ impl Group {
 
     /// The layers with the options' values.
     fn parts(&self, options: &Options) -> Result<Parts<'_>, Failure> {
-        let mut parts = Parts { name: &self.name, layers: Vec::new(), connections: &self.connections };
+        let mut parts = Parts {
+            name: &self.name,
+            layers: Vec::new(),
+            connections: &self.connections,
+            textures: options.textures.clone(),
+        };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
                 name: b.name.clone(),
@@ -113,6 +119,7 @@ pub(super) struct Parts<'a> {
     name: &'a str,
     layers: Vec<Part<'a>>,
     connections: &'a [Connection],
+    textures: Option<TextureAccess>,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
@@ -127,7 +134,8 @@ impl<'a> Parts<'a> {
     /// A master alone.
     pub fn one(master: &'a Master, options: &Options) -> Parts<'a> {
         let settings = options.bindings.iter().map(|(name, value)| setting(name, value)).collect();
-        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[] }
+        let textures = options.textures.clone();
+        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[], textures }
     }
 
     fn files(&self) -> Files {
@@ -196,7 +204,7 @@ impl<'a> Parts<'a> {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
             };
-            let warnings = passes::optimise(&mut shader, &[], &outputs)?;
+            let warnings = passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
@@ -239,8 +247,12 @@ impl<'a> Parts<'a> {
         let work = || {
             let mut shader = self.link(&files)?;
             let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
-            passes::optimise(&mut shader, &[], &outputs)?;
-            points.iter().map(|globals| outcome(&shader, &outputs, asked, globals)).collect()
+            passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
+            let with = |g: &interp::Globals| interp::Globals {
+                textures: g.textures.clone().or_else(|| self.textures.clone()),
+                ..g.clone()
+            };
+            points.iter().map(|globals| outcome(&shader, &outputs, asked, &with(globals))).collect()
         };
         let sources = files.sources.clone();
         match on_large_stack(work) {

@@ -5,6 +5,7 @@
 //! the parser accepts. It must not know files, the environment or time.
 
 mod group;
+mod oso_text;
 
 use crate::artifact::Artifact;
 use crate::diag::{self, Diagnostic};
@@ -12,7 +13,8 @@ use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
-use crate::{check, interp, lower, parse};
+use crate::textures::TextureAccess;
+use crate::{check, interp, lower, oso, parse};
 use std::fmt;
 use std::sync::Arc;
 
@@ -20,6 +22,7 @@ pub use crate::backend::opencl_c::Entry;
 pub use crate::lower::ColorSystem;
 pub use crate::passes::link::{Connection, Hints};
 pub use group::{Bound, Group, Layer};
+pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +71,8 @@ pub struct Options {
     pub entry: Entry,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
+    pub textures: Option<TextureAccess>,
 }
 
 impl Default for Options {
@@ -81,6 +86,7 @@ impl Default for Options {
             color_system: ColorSystem::default(),
             entry: Entry::Material,
             line_directives: false,
+            textures: None,
         }
     }
 }
@@ -199,21 +205,51 @@ impl Drop for Master {
 /// What the front half yields: the IR, the reflection, the warnings.
 type Front = Result<(Shader, ShaderInfo, Vec<Diagnostic>, Silenced), Vec<Diagnostic>>;
 
-fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
-    let settings = preprocess::Options {
+/// The checked tree of a source, with what was said on the way.
+struct Parsed {
+    checked: check::Checked,
+    /// Of the front half, silenced ones left out.
+    warnings: Vec<Diagnostic>,
+    nowarn: Silenced,
+    /// After the preprocessor.
+    text: String,
+}
+
+fn preprocess_options(options: &Options) -> preprocess::Options {
+    preprocess::Options {
         defines: options.defines.clone(),
         undefines: options.undefines.clone(),
         ..preprocess::Options::default()
-    };
+    }
+}
+
+fn checked(
+    source: &str,
+    options: &Options,
+    includes: &dyn Includes,
+    sources: &mut SourceMap,
+) -> Result<Parsed, Vec<Diagnostic>> {
+    let settings = preprocess_options(options);
     let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
     let file = parse::parse(&pre)?;
-    let checked = check::check(&file)?;
-    let settings = lower::Settings { spaces: options.spaces.clone(), color_system: options.color_system.clone() };
-    let shader = lower::lower_for(&checked, &settings)?;
+    let mut checked = check::check(&file)?;
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
-    warnings.extend(tell(sources, &pre.nowarn, checked.warnings));
-    Ok((shader, checked.info, warnings, pre.nowarn))
+    warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));
+    Ok(Parsed { checked, warnings, nowarn: pre.nowarn, text: pre.text })
+}
+
+fn settings(options: &Options) -> lower::Settings {
+    lower::Settings { spaces: options.spaces.clone(), color_system: options.color_system.clone() }
+}
+
+fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
+    if oso::is_oso(source) {
+        return oso_text::front(source, options, sources);
+    }
+    let front = checked(source, options, includes, sources)?;
+    let shader = lower::lower_for(&front.checked, &settings(options))?;
+    Ok((shader, front.checked.info, front.warnings, front.nowarn))
 }
 
 impl Master {

@@ -21,6 +21,7 @@ mod spline;
 mod state;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 pub use run::{Error, Outcome, Slot, run};
 pub use state::{Globals, Space};

@@ -3,7 +3,7 @@
 //! In: a verified shader without closure values (after `passes::optimise`), and [`Globals`]. Out: what its locals hold at
 //! the end. It recurses as deep as blocks nest. IR that is not as verified gives an error, never a panic.
 
-use super::{Globals, call, call_with_outputs, ops, state};
+use super::{Globals, call, call_with_outputs, ops, state, texture};
 use crate::builtins;
 use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, ValueId};
 use crate::messages::{self, Kind};
@@ -256,6 +256,7 @@ impl Run<'_> {
                 let name = builtins::row(*func).name;
                 let args = self.args(args)?;
                 state::call(name, &args, self.globals)
+                    .or_else(|| texture::call(name, value.ty, &args, self.globals.textures.as_ref()))
                     .or_else(|| call(name, value.ty, &args))
                     .ok_or_else(|| Error::Unknown { shader: shader.name.clone(), function: name.to_owned() })
             }

@@ -59,6 +59,8 @@ pub struct Globals {
     pub shader_space: Space,
     /// The camera's space.
     pub camera_space: Space,
+    /// Who looks textures up.
+    pub textures: Option<crate::textures::TextureAccess>,
     /// Screen, NDC, raster, then the renderer's own in the order of their names.
     pub other_spaces: Vec<Space>,
     /// Derivatives of P by the pixel's x and y.

@@ -17,6 +17,7 @@ mod place;
 mod spaces;
 mod special;
 mod stmt;
+mod texture;
 
 use crate::check::Checked;
 use crate::check::typed::{self, FunctionId, VarId, VarKind};

@@ -71,6 +71,8 @@ impl Lower<'_> {
                 self.internal(row, arg_values(&values), ty, span)
             }
             "spline" | "splineinverse" => self.spline(name, args, e)?,
+            "texture" | "texture3d" | "environment" => self.texture(name, args, e)?,
+            "gettextureinfo" => return self.textureinfo(args, e),
             "raytype" => {
                 let names = RAY_TYPES.map(|r| r.0);
                 self.by_name("ray type", &args[0], &names, Ty::Int, Unknown::Silent, |l, i| match i {

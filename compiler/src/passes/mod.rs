@@ -14,24 +14,37 @@ pub mod link;
 mod prune;
 mod review;
 mod specialise;
+mod textures;
 mod unroll;
 
 pub use closures::closures;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
+pub use textures::{TextureUse, textures};
 
 use crate::diag::Diagnostic;
 use crate::ir::{Const, Shader, verify};
+use crate::textures::TextureAccess;
 
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
 ///
-/// The list: specialise, fold (which unrolls loops with closure calls), closures, fold, prune; the last two again, since
+/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, prune; the last two again, since
 /// dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned.
 pub fn optimise(
     shader: &mut Shader,
     bindings: &[(String, Const)],
     outputs: &[String],
+) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+    optimise_with(shader, bindings, outputs, None)
+}
+
+/// As [`optimise`], with somebody who answers `gettextureinfo`.
+pub fn optimise_with(
+    shader: &mut Shader,
+    bindings: &[(String, Const)],
+    outputs: &[String],
+    files: Option<&TextureAccess>,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let _span = tracing::debug_span!("optimise", shader = shader.name).entered();
     let check = |shader: &Shader, pass: &str| {
@@ -46,6 +59,8 @@ pub fn optimise(
     check(shader, "specialise");
     fold(shader)?;
     check(shader, "fold");
+    textures::answer(shader, files)?;
+    check(shader, "textures");
     closures(shader)?;
     check(shader, "closures");
     fold(shader)?;
@@ -66,6 +81,7 @@ pub fn optimise(
         check(shader, "review");
         reduce(shader)?;
     }
+    textures::textures(shader)?;
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     Ok(warnings)
 }

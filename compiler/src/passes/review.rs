@@ -178,7 +178,7 @@ fn knots_message(basis: &str, knots: u32) -> Option<String> {
 }
 
 /// Where the strings of each local come from, whatever the flow of control.
-struct Strings {
+pub(super) struct Strings {
     values: HashMap<LocalId, Vec<ValueId>>,
     copies: HashMap<LocalId, Vec<LocalId>>,
     /// Locals that something other than the shader may write.
@@ -186,7 +186,7 @@ struct Strings {
 }
 
 impl Strings {
-    fn of(shader: &Shader) -> Strings {
+    pub(super) fn of(shader: &Shader) -> Strings {
         let mut strings = Strings { values: HashMap::new(), copies: HashMap::new(), foreign: HashSet::new() };
         let is_string = |l: &LocalId| shader.locals[l.0 as usize].ty == Ty::Str;
         for block in shader.blocks() {
@@ -205,7 +205,12 @@ impl Strings {
 
     /// All constants that these values and locals can be; `None` when something else may be among them. What is read
     /// without having been stored does not count: its value is undefined.
-    fn trace(&self, shader: &Shader, mut values: Vec<ValueId>, mut locals: Vec<LocalId>) -> Option<BTreeSet<String>> {
+    pub(super) fn trace(
+        &self,
+        shader: &Shader,
+        mut values: Vec<ValueId>,
+        mut locals: Vec<LocalId>,
+    ) -> Option<BTreeSet<String>> {
         let mut found = BTreeSet::new();
         let (mut seen_values, mut seen_locals) = (HashSet::new(), HashSet::new());
         loop {

@@ -9,6 +9,7 @@ use oslcl_compiler::{Artifact, Options};
 use oslcl_runtime::assemble;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
+use oslcl_runtime::textures;
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -89,6 +90,9 @@ fn standalone(artifact: &Artifact) -> Result<String, assemble::Error> {
         Precision::Standard.build_options(),
         Precision::Reference.build_options()
     );
+    for name in textures::macros(&artifact.textures) {
+        let _ = writeln!(head, "#define {name}");
+    }
     for lobe in &artifact.lobes {
         let _ = writeln!(head, "#define HAS_LOBE_{}", lobe.to_uppercase());
     }

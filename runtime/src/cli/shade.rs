@@ -9,8 +9,10 @@ use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::shade::{self, Grid, Kind, Message, Plane};
+use oslcl_runtime::textures::{self, Library};
 use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 impl From<PrecisionArg> for Precision {
     fn from(arg: PrecisionArg) -> Precision {
@@ -29,7 +31,10 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let options = sources::options(&source, &args.source);
     let options = Options { spaces: oslcl_runtime::grid::SPACES.map(str::to_owned).into(), ..options };
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
-    let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
+    let search = args.textures.clone();
+    let library = Arc::new(Library::new(textures::Settings { search, automip: false }));
+    let bindings = params::bindings(&args.param, master.info())?;
+    let options = Options { bindings, textures: Some(library.access()), ..options };
     let mut outputs: Vec<String> = Vec::new();
     for (name, _) in &wanted {
         if !outputs.contains(name) {
@@ -44,7 +49,10 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let artifact = shade::compile(&master, &options, &outputs).map_err(|failure| report::report(&failure))?;
     let device = Device::open(args.device.as_deref())?;
     let precision = args.precision.into();
-    let shaded = shade::run(&device, &artifact, Grid::new(width, height), precision)?;
+    let shaded = shade::run_with(&device, &artifact, Grid::new(width, height), precision, &library)?;
+    for warning in &shaded.warnings {
+        terminal::say(&format!("warning: {warning}\n"));
+    }
     let planes = shaded.planes;
     terminal::print_with(|out| say(out, &shaded.messages))?;
     if wanted.is_empty() {

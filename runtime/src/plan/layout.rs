@@ -88,6 +88,7 @@ pub enum BufferId {
     EnvironmentCells,
     EnvironmentAlias,
     Messages,
+    Textures,
 }
 
 /// Id, name in the kernels, C type, and which effects call for it (none: always).
@@ -117,6 +118,7 @@ const BUFFERS: &[BufferRow] = &[
     (BufferId::EnvironmentCells, "environment_cells", "__global const real *", &[EnvironmentSampling]),
     (BufferId::EnvironmentAlias, "environment_alias", "__global const uint *", &[EnvironmentSampling]),
     (BufferId::Messages, "messages", "__global uint *", &[Messages]),
+    (BufferId::Textures, "textures", "__global const uint *", &[Textures]),
 ];
 
 /// A setting: an unsigned int that kernels read.

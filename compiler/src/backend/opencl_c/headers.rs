@@ -6,6 +6,9 @@ pub(super) fn of_op(name: &str) -> &'static str {
     if of_matrix { "osl/matrix.h" } else { "osl/ops.h" }
 }
 
+/// What the rows of texture lookups start with.
+const TEXTURES: [&str; 3] = ["texture", "texture3d", "environment"];
+
 /// The header of a built-in's kernel function, by the name of its row.
 pub(super) fn of_function(name: &str) -> &'static str {
     if let Some(kind) = name.strip_prefix("noise_").or_else(|| name.strip_prefix("pnoise_")) {
@@ -19,6 +22,13 @@ pub(super) fn of_function(name: &str) -> &'static str {
     }
     if name.starts_with("spline") {
         return "osl/spline.h";
+    }
+    if let Some((kind, _)) = name.split_once('_').filter(|(kind, _)| TEXTURES.contains(kind)) {
+        return match kind {
+            "texture3d" => "osl/texture3d.h",
+            "environment" => "osl/environment.h",
+            _ => "osl/texture.h",
+        };
     }
     match name {
         "dot" | "cross" | "length" | "normalize" | "distance" | "faceforward_ref" | "reflect" | "refract"

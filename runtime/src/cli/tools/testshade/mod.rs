@@ -15,9 +15,11 @@ use oslcl_runtime::device::Device;
 use oslcl_runtime::film::raster::{self, Raster};
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::shade::{self, Grid, Plane};
+use oslcl_runtime::textures::{self, Library};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// Runs the tool.
 pub fn run(words: &[String]) -> Result<ExitCode, Error> {
@@ -93,14 +95,19 @@ fn outputs(args: &Args, group: &Group) -> Result<Vec<(String, String)>, Error> {
 /// Compiles and runs the group, prints and writes.
 fn shade(args: &Args, group: &Group, outputs: &[(String, String)]) -> Result<(), Error> {
     let names: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
-    let options = Options { entry: oslcl_compiler::Entry::Grid(names), ..Options::default() };
+    let library = Arc::new(Library::new(textures(args)));
+    let entry = oslcl_compiler::Entry::Grid(names);
+    let options = Options { entry, textures: Some(library.access()), ..Options::default() };
     let output = group.instance(&options).map_err(|failure| report::report(&failure))?;
     report::show(&output.sources, &output.warnings);
     if outputs.is_empty() && output.artifact.sites.is_empty() {
         return Ok(());
     }
     let device = Device::open(args.device.as_deref())?;
-    let shaded = shade::run(&device, &output.artifact, grid(args), Precision::Standard)?;
+    let shaded = shade::run_with(&device, &output.artifact, grid(args), Precision::Standard, &library)?;
+    for warning in &shaded.warnings {
+        terminal::say(&format!("WARNING: {warning}\n"));
+    }
     let planes = shaded.planes;
     if args.print {
         terminal::print(&values(&planes))?;
@@ -118,6 +125,14 @@ fn shade(args: &Args, group: &Group, outputs: &[(String, String)]) -> Result<(),
 /// Ray types by name, with their bits in `ShaderGlobals.raytype` (kernels/globals.h).
 const RAY_TYPES: [(&str, u32); 6] =
     [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
+
+/// Where textures are and how they are read: `searchpath:texture` of `--options`, `searchpath` and `automip` of `--texoptions`.
+fn textures(args: &Args) -> textures::Settings {
+    let value = |name: &str| args.options.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v.as_str());
+    let folders = value("searchpath:texture").or_else(|| value("searchpath")).unwrap_or("");
+    let search = folders.split([':', ';', ',']).filter(|f| !f.is_empty()).map(PathBuf::from).collect();
+    textures::Settings { search, automip: value("automip").is_some_and(|v| v != "0") }
+}
 
 /// The points.
 fn grid(args: &Args) -> Grid {
