@@ -31,6 +31,10 @@ typedef struct {
     __global const real *object_space;
     __global const real *shader_space;
     __global const real *camera_space;
+    // What the artifact lists as `userdata` and `interactive`, by its offsets: a real per slot, or an int in its first bytes.
+    // May be 0 when the list is empty.
+    const real *userdata;
+    __global const real *interactive;
     __global const real *other_spaces;  // screen, NDC, raster, then the renderer's own in the order of their names
 #ifdef HAS_DERIVATIVES
     // By the pixel's x (to the right) and y (down).

@@ -16,6 +16,7 @@ pub mod programs;
 pub mod render;
 pub mod scene;
 pub mod shade;
+pub mod shader_file;
 pub mod textures;
 pub mod told;
 pub mod wavefront;

@@ -23,7 +23,7 @@ use crate::materials;
 use crate::precision::Precision;
 use crate::textures::{self, Library, Packed};
 use oslcl_compiler::reflect::ShaderInfo;
-use oslcl_compiler::{Artifact, Entry, Failure, Master, Options};
+use oslcl_compiler::{Artifact, Entry, Failure, Globals, Group, HostRun, Master, Options};
 
 pub use crate::grid::Grid;
 pub use oslcl_compiler::messages::{Kind, Message};
@@ -161,6 +161,58 @@ pub fn run_with(
     Ok(shaded)
 }
 
+/// Runs a shader over the grid on the host, in f64: the way for shaders that need strings which a device cannot build.
+/// `outputs` as for [`compile`].
+pub fn run_on_host(master: &Master, options: &Options, outputs: &[String], grid: Grid) -> Result<Shaded, HostError> {
+    on_host(grid, |count, point| master.run_on_host(options, outputs, count, point))
+}
+
+/// As [`run_on_host`], for a group.
+pub fn run_group_on_host(
+    group: &Group,
+    options: &Options,
+    outputs: &[String],
+    grid: Grid,
+) -> Result<Shaded, HostError> {
+    on_host(grid, |count, point| group.run_on_host(options, outputs, count, point))
+}
+
+/// Whether a shader that [`compile`] refuses may still run on the host: all that is wrong is that no device can do it.
+pub fn needs_host(failure: &Failure) -> bool {
+    let mut errors = failure.diagnostics.iter().filter(|d| d.is_error()).peekable();
+    errors.peek().is_some() && errors.all(|d| d.code == "E3001")
+}
+
+/// Why there are no values from the host.
+#[derive(Debug, thiserror::Error)]
+pub enum HostError {
+    /// The shader does not compile, or does what nobody carries out.
+    #[error(transparent)]
+    Compile(#[from] Failure),
+    /// There are no outputs or no points, or too many.
+    #[error(transparent)]
+    Grid(#[from] Error),
+}
+
+fn on_host(
+    grid: Grid,
+    run: impl FnOnce(u32, &(dyn Fn(u32) -> Globals + Sync)) -> Result<HostRun, Failure>,
+) -> Result<Shaded, HostError> {
+    let count = grid.width.checked_mul(grid.height).ok_or(Error::TooLarge { grid, reals: 1 })?;
+    if count == 0 {
+        return Err(Error::Empty.into());
+    }
+    let run = run(count, &|i| grid.globals(i % grid.width, i / grid.width))?;
+    let planes = run.outputs.into_iter().zip(run.data).map(|(output, data)| Plane {
+        name: output.name,
+        ty: output.ty,
+        grid,
+        channels: output.reals,
+        data,
+    });
+    Ok(Shaded { planes: planes.collect(), messages: run.messages, ..Shaded::default() })
+}
+
 /// Empty planes with room for all values.
 fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
     let reals: u64 = artifact.outputs.iter().map(|o| u64::from(o.reals)).sum();
@@ -183,10 +235,11 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
 /// The shader's text with the kernel behind it.
 fn program(artifact: &Artifact) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
+    let lobes: String = artifact.lobes.iter().map(|l| format!("#define HAS_LOBE_{}\n", l.to_uppercase())).collect();
     let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
     let textures: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
     let text = format!(
-        "{textures}{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
+        "{lobes}{textures}{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
         if artifact.sites.is_empty() { "" } else { "#define HAS_MESSAGES\n" },
         artifact.code,
         artifact.entry

@@ -5,6 +5,7 @@
 //! the parser accepts. It must not know files, the environment or time.
 
 mod group;
+mod host;
 mod oso_text;
 
 use crate::artifact::Artifact;
@@ -20,8 +21,9 @@ use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
 pub use crate::lower::ColorSystem;
-pub use crate::passes::link::{Connection, Hints};
+pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
+pub use host::HostRun;
 pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
@@ -69,6 +71,13 @@ pub struct Options {
     pub color_system: ColorSystem,
     /// What to write.
     pub entry: Entry,
+    /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
+    /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
+    pub userdata: Option<Vec<Userdata>>,
+    /// Whether `isconnected` says that a parameter which may read userdata is connected.
+    pub userdata_is_connected: bool,
+    /// When the layers of a group run.
+    pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -85,6 +94,9 @@ impl Default for Options {
             spaces: Vec::new(),
             color_system: ColorSystem::default(),
             entry: Entry::Material,
+            userdata: None,
+            userdata_is_connected: false,
+            lazy: Lazy::default(),
             line_directives: false,
             textures: None,
         }
@@ -105,7 +117,7 @@ pub struct Output {
 /// Why there is no result: at least one error.
 #[derive(Clone, Debug, thiserror::Error)]
 pub struct Failure {
-    /// Errors.
+    /// Errors, and the warnings said on the way.
     pub diagnostics: Vec<Diagnostic>,
     /// What they point into.
     pub sources: Arc<SourceMap>,
@@ -128,7 +140,13 @@ impl Includes for NoIncludes {
 }
 
 /// Headers that come with the compiler.
-const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../../shaders-osl/stdosl.h"))];
+const EMBEDDED: &[(&str, &str)] = &[
+    ("stdosl.h", include_str!("../../../shaders-osl/stdosl.h")),
+    (OSO_FUNCTIONS, include_str!("../../../shaders-osl/oso_functions.h")),
+];
+
+/// Built-in functions that `.oso` has no operations for, as OSL.
+const OSO_FUNCTIONS: &str = "oso_functions.h";
 
 /// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
 /// headers can be replaced by files of the same name.
@@ -173,6 +191,9 @@ pub struct Master {
 /// Most `#include`s that are named with a finding.
 const MAX_INCLUDERS: usize = 8;
 
+/// What is said at them.
+const INCLUDED: &str = "included here";
+
 /// Lines whose warnings are silenced.
 type Silenced = Vec<(FileId, u32)>;
 
@@ -183,9 +204,10 @@ fn tell(sources: &SourceMap, nowarn: &Silenced, list: Vec<Diagnostic>) -> Vec<Di
     let mut out = Vec::with_capacity(list.len());
     for mut d in list.into_iter().filter(|d| d.is_error() || !silenced(d)) {
         // A circle of includes is named whole in its message.
-        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002").map(|l| l.span) {
+        let told = d.labels.iter().any(|l| l.text == INCLUDED);
+        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002" && !told).map(|l| l.span) {
             for span in sources.includers(first).take(MAX_INCLUDERS) {
-                d = d.label(span, "included here");
+                d = d.label(span, INCLUDED);
             }
         }
         out.push(d);
@@ -223,16 +245,59 @@ fn preprocess_options(options: &Options) -> preprocess::Options {
     }
 }
 
+/// Parses and checks. After syntax errors the checker looks at what could be read.
+fn tree(pre: &preprocess::Preprocessed) -> Result<check::Checked, Vec<Diagnostic>> {
+    let parse::Parsed { file, errors } = parse::recover(pre);
+    if errors.is_empty() {
+        return check::check(&file);
+    }
+    let mut all = errors;
+    if !file.items.is_empty()
+        && let Err(found) = check::check(&file)
+    {
+        // What is missing may have stood where nothing could be read.
+        all.extend(found.into_iter().filter(|d| !matches!(d.code, "E2009" | "E2013" | "E2015" | "W2007")));
+    }
+    Err(all)
+}
+
+fn in_order(mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    list.sort_by_key(|d| d.labels.first().map(|l| (l.span.file, l.span.start)));
+    list
+}
+
+/// What a source is compiled to.
+#[derive(Clone, Copy, PartialEq)]
+enum Target {
+    Ir,
+    Oso,
+}
+
 fn checked(
     source: &str,
     options: &Options,
+    target: Target,
     includes: &dyn Includes,
     sources: &mut SourceMap,
 ) -> Result<Parsed, Vec<Diagnostic>> {
-    let settings = preprocess_options(options);
-    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
-    let file = parse::parse(&pre)?;
-    let mut checked = check::check(&file)?;
+    let mut settings = preprocess_options(options);
+    if target == Target::Oso {
+        settings.prelude = Some(OSO_FUNCTIONS);
+    }
+    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
+        .map_err(|list| tell(sources, &Silenced::new(), list))?;
+    let mut checked = match tree(&pre) {
+        Ok(checked) => checked,
+        Err(found) => {
+            // What was said before belongs to the errors too.
+            let mut all = tell(sources, &Silenced::new(), pre.warnings);
+            all.extend(tell(sources, &pre.nowarn, found));
+            return Err(in_order(all));
+        }
+    };
+    // That functions of the prelude hide the built-ins, or the user's hide them, is as it should be.
+    let prelude = |l: &diag::Label| sources.file(l.span.file).name.trim_matches(['<', '>']) == OSO_FUNCTIONS;
+    checked.warnings.retain(|d| !d.labels.iter().any(prelude));
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
     warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));
@@ -247,8 +312,9 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
     if oso::is_oso(source) {
         return oso_text::front(source, options, sources);
     }
-    let front = checked(source, options, includes, sources)?;
-    let shader = lower::lower_for(&front.checked, &settings(options))?;
+    let front = checked(source, options, Target::Ir, includes, sources)?;
+    let shader = lower::lower_for(&front.checked, &settings(options))
+        .map_err(|list| in_order([tell(sources, &front.nowarn, list), front.warnings.clone()].concat()))?;
     Ok((shader, front.checked.info, front.warnings, front.nowarn))
 }
 
@@ -269,7 +335,7 @@ impl Master {
             Ok((shader, info, warnings, nowarn)) => {
                 Ok(Master { shader: Some(shader), info, warnings, nowarn, sources })
             }
-            Err(list) => Err(Failure { diagnostics: tell(&sources, &Silenced::new(), list), sources }),
+            Err(diagnostics) => Err(Failure { diagnostics, sources }),
         }
     }
 
@@ -310,6 +376,17 @@ impl Master {
         Ok(points.pop().unwrap_or_default())
     }
 
+    /// Runs the shader on the host; see [`Group::run_on_host`].
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        group::Parts::one(self, options).run_on_host(options, outputs, count, point)
+    }
+
     /// As [`Master::evaluate`], for many points.
     pub fn evaluate_all(
         &self,
@@ -317,7 +394,7 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        group::Parts::one(self, options).evaluate_all(outputs, points)
+        group::Parts::one(self, options).evaluate_all(options, outputs, points)
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! In: texts. Out: texts, masters, queries, or a [`Failure`].
 
-use super::{Failure, Front, Master, Options, Silenced, WithEmbedded, checked, on_large_stack, tell};
+use super::{Failure, Front, Master, Options, Silenced, Target, WithEmbedded, checked, on_large_stack, tell};
 use crate::diag::Diagnostic;
 use crate::oso::{parse, query, read, text, write};
 use crate::preprocess::{self, Includes};
@@ -58,7 +58,7 @@ pub fn to_oso(
     includes: &(dyn Includes + Sync),
 ) -> Result<Oso, Failure> {
     let ((name, text, warnings), sources) = with_sources(|sources| {
-        let front = checked(source, options, includes, sources)?;
+        let front = checked(source, options, Target::Oso, includes, sources)?;
         let comments = vec![
             format!("Compiled by oslc (oslcl {})", env!("CARGO_PKG_VERSION")),
             format!("options: {}", oso_options.command_line),
@@ -94,7 +94,7 @@ pub fn query_shader(source: &str, options: &Options, includes: &(dyn Includes + 
             let file = sources.add(&*options.file_name, source);
             parse::parse(source, file)?
         } else {
-            let front = checked(source, options, includes, sources)?;
+            let front = checked(source, options, Target::Oso, includes, sources)?;
             write::write(&front.checked, sources, Vec::new())?
         };
         Ok(query::query(&module))

@@ -11,11 +11,13 @@
 //! - Operands of [`Inst::Binary`] have equal types; conversions are explicit.
 //! - Parameters and shader globals are locals as well ([`LocalKind`]): their init runs before the body.
 
+mod inputs;
 mod print;
 mod read;
 mod verify;
 mod visit;
 
+pub use inputs::{InputLayout, numbers, slots_of};
 pub use print::print;
 pub use read::{ReadError, read};
 pub use verify::{VerifyError, verify};
@@ -23,6 +25,7 @@ pub use verify::{VerifyError, verify};
 use crate::builtins;
 use crate::source::Span;
 use crate::types;
+pub use crate::types::Traits;
 
 /// A type of the IR. Triples lose their kind: what depends on it (transforms) is resolved by `lower`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -129,6 +132,50 @@ pub enum LocalKind {
     Param(u32),
     /// A shader global, loaded from the renderer before anything runs.
     Global(Global),
+    /// The input with this index in [`Shader::inputs`], loaded from the renderer before anything runs; never written.
+    Input(u32),
+}
+
+/// Where an input comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// Data of the geometry at the point, by the parameter's name.
+    Userdata,
+    /// Int: whether the geometry has the userdata of this name here.
+    HasUserdata,
+    /// The present value of an interactive parameter.
+    Interactive,
+    /// Int: whether the interactive parameter of this name has a value that stands for its default.
+    HasInteractive,
+}
+
+impl Source {
+    /// One word for printed IR.
+    pub fn name(self) -> &'static str {
+        match self {
+            Source::Userdata => "userdata",
+            Source::HasUserdata => "has_userdata",
+            Source::Interactive => "interactive",
+            Source::HasInteractive => "has_interactive",
+        }
+    }
+}
+
+/// A value that the renderer supplies beside the globals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// Of userdata its name; of an interactive parameter its flattened name, with its layer in front in a group of several.
+    pub name: String,
+    /// Where it comes from.
+    pub source: Source,
+    /// Its type and length in OSL.
+    pub declared: types::Type,
+    /// Element type.
+    pub ty: Ty,
+    /// Array length; `None` for a single value.
+    pub len: Option<u32>,
+    /// What an interactive parameter starts with; an array for arrays. Userdata has none.
+    pub default: Option<Const>,
 }
 
 /// A mutable variable of the shader.
@@ -187,13 +234,16 @@ pub struct Param {
     pub output: bool,
     /// The local that holds it. An unsized array gets its length when bound; until then that of its default.
     pub local: LocalId,
-    /// `[[ int lockgeom = 0 ]]` or `interactive`: must not be folded.
+    /// `[[ int lockgeom = 0 ]]`, `interpolated` or `interactive`: must not be folded. `passes::link` makes what such a
+    /// parameter reads explicit and sets this to false.
     pub varying: bool,
     /// Stores the default into the local ("init ops"); may read earlier parameters and globals.
     /// `specialise` replaces it by the bound value.
     pub init: Block,
     /// The name in the shader source.
     pub span: Span,
+    /// What else its declaration says.
+    pub traits: Traits,
 }
 
 /// A closure call after `passes::closures`: a lobe whose weight and arguments sit in locals (or constants).
@@ -203,7 +253,7 @@ pub struct LobeSlot {
     pub closure: builtins::ClosureId,
     /// Local of type `Triple`: the lobe's weight in Ci when the shader ends (zero when the call was not reached).
     pub weight: LocalId,
-    /// One per formal argument.
+    /// One per formal argument, then one per token of the closure's row. The tint went into the weight: it is the constant 1.
     pub args: Vec<SlotArg>,
     /// The call.
     pub span: Span,
@@ -235,6 +285,8 @@ pub struct Shader {
     pub body: Block,
     /// Filled by `passes::closures`; empty before it.
     pub slots: Vec<LobeSlot>,
+    /// Filled by `passes::link`; empty before it.
+    pub inputs: Vec<Input>,
 }
 
 /// A computed value.
@@ -280,7 +332,8 @@ pub enum Inst {
     Select(ValueId, ValueId, ValueId),
     /// A built-in without effects and outputs.
     Call(builtins::FuncId, Vec<Arg>),
-    /// A closure call: one lobe with weight 1.
+    /// A closure call: one lobe with weight 1. Arguments: the formal ones, a value per token of the row, and a label (a string)
+    /// if the call has one.
     Closure(builtins::ClosureId, Vec<ValueId>),
     /// The empty closure.
     NullClosure,
@@ -288,6 +341,11 @@ pub enum Inst {
     AddClosure(ValueId, ValueId),
     /// Closure (first) times a triple or float (second).
     ScaleClosure(ValueId, ValueId),
+    /// The first closure over the second, which is scaled by one minus the first's directional albedo.
+    Layer(ValueId, ValueId),
+    /// The directional albedo towards the viewer of a lobe, per channel, 0..1 (`Triple`). Arguments as in a [`LobeSlot`]; the tint is
+    /// not part of it.
+    Albedo(builtins::ClosureId, Vec<ValueId>),
     /// 1 when the closure is not empty (has a component whose weight was made, even if it is zero), else 0.
     ClosureIsSet(ValueId),
 }

@@ -15,14 +15,13 @@ impl Lower<'_> {
         match callee {
             Callee::User(id) => self.inline(*id, args, e),
             Callee::Builtin { id, formals, outputs } => self.builtin(*id, formals, outputs, args, e),
-            Callee::Closure { id, formals } => {
-                let row = builtins::closure(*id);
-                if row.role == ClosureRole::NotYet {
-                    self.error(Diagnostic::not_yet("E3002", e.span, format!("closure `{}`", row.name)));
-                    return None;
-                }
-                let values: Vec<ValueId> = args[..*formals].iter().map(|a| self.expr(a)).collect();
-                let value = self.value(Inst::Closure(*id, values), Ty::Closure, e.span);
+            Callee::Closure { id, .. } => {
+                let values: Vec<ValueId> = args.iter().map(|a| self.expr(a)).collect();
+                let inst = match (builtins::closure(*id).role, values.as_slice()) {
+                    (ClosureRole::Layer, [top, base, ..]) => Inst::Layer(*top, *base),
+                    _ => Inst::Closure(*id, values),
+                };
+                let value = self.value(inst, Ty::Closure, e.span);
                 Some(Place::Value(value))
             }
         }
@@ -50,7 +49,7 @@ impl Lower<'_> {
                     Place::Stored(storage, None) => storage,
                     _ => continue,
                 }
-            } else if *output {
+            } else if *output && arg.is_place() {
                 let place = self.place(arg);
                 let storage = self.storage(&tree.var(*var).name, formal, LocalKind::Variable);
                 self.copy(&Place::whole(storage.clone()), &place, arg.span);

@@ -61,6 +61,7 @@ pub fn lower_for(checked: &Checked, settings: &Settings) -> Result<ir::Shader, V
             values: Vec::new(),
             body: Block::default(),
             slots: Vec::new(),
+            inputs: Vec::new(),
         },
         env: HashMap::new(),
         blocks: Vec::new(),
@@ -255,6 +256,7 @@ impl<'a> Lower<'a> {
                     varying: param.varying,
                     init,
                     span: var.span,
+                    traits: param.traits,
                 });
             }
             Storage::Struct(fields) => {

@@ -17,6 +17,8 @@ pub(super) fn binary_op(name: &str) -> Option<BinaryOp> {
         "sub" => BinaryOp::Sub,
         "mul" => BinaryOp::Mul,
         "div" => BinaryOp::Div,
+        // The operator `%`; the function `mod`, which rounds down, is written as the operations that it is made of.
+        "mod" => BinaryOp::Mod,
         "shl" => BinaryOp::Shl,
         "shr" => BinaryOp::Shr,
         "lt" => BinaryOp::Lt,
@@ -38,6 +40,7 @@ pub(super) fn binary_op(name: &str) -> Option<BinaryOp> {
 fn row_name(name: &str) -> &str {
     match name {
         "transformv" | "transformn" => "transform",
+        "mod" => "fmod",
         "strtof" => "stof",
         "strtoi" => "stoi",
         name => name,

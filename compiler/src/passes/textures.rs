@@ -4,7 +4,7 @@
 //! where the file, the kind of information or the tile of a set is chosen while the shader runs. [`textures`] lists the
 //! files that are left.
 
-use super::review::Strings;
+use super::strings::Strings;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Shader, Stmt, Ty, Value, ValueId};

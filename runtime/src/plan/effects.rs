@@ -68,6 +68,13 @@ effects! {
     LobeRefraction: "lobe_refraction", "a lobe of the BSDFs";
     LobeTransparent: "lobe_transparent", "a lobe of the BSDFs";
     LobeConductor: "lobe_conductor", "a lobe of the BSDFs";
+    LobeOrenNayarDiffuse: "lobe_oren_nayar_diffuse", "a lobe of the BSDFs";
+    LobeBurleyDiffuse: "lobe_burley_diffuse", "a lobe of the BSDFs";
+    LobeDielectric: "lobe_dielectric", "a lobe of the BSDFs";
+    LobeGeneralizedSchlick: "lobe_generalized_schlick", "a lobe of the BSDFs";
+    LobeSheen: "lobe_sheen", "a lobe of the BSDFs";
+    LobeChiangHair: "lobe_chiang_hair", "a lobe of the BSDFs";
+    LobeThinFilm: "lobe_thin_film", "thin films on the lobes";
     DoublePrecision: "double_precision", "64-bit arithmetic";
 }
 

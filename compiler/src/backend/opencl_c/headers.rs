@@ -52,7 +52,7 @@ pub(super) fn of_function(name: &str) -> &'static str {
         | "srgb_to_rgb"
         | "rgb_to_srgb" => "osl/color.h",
         "step" | "linearstep" | "smoothstep" | "smooth_linearstep" => "osl/pattern.h",
-        "hash_value" | "hash_string" => "osl/hash.h",
+        "hash_value" => "osl/hash.h",
         "surfacearea" | "backfacing" | "raytype_bit" | "space_matrix" | "space_matrix_inverse" => "osl/state.h",
         _ => "osl/math.h",
     }

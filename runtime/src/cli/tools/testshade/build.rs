@@ -7,7 +7,7 @@ use super::super::super::sources::{self, Folders};
 use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
 use oslcl_compiler::{Binding, Bound, ColorSystem, Connection, Group, Hints, Layer, Master, Options};
-use oslcl_runtime::grid;
+use oslcl_runtime::{grid, shader_file};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,8 +45,10 @@ impl Shaders {
     }
 
     fn load(&self, name: &str) -> Result<Master, Error> {
-        let file = format!("{}.osl", name.trim_end_matches(".osl").trim_end_matches(".oso"));
-        let path = self.folders.iter().map(|f| f.join(&file)).find(|p| p.is_file());
+        let stem = name.strip_suffix(".osl").or(name.strip_suffix(".oso")).unwrap_or(name);
+        // `--inbuffer` asks to compile the source here.
+        let file = if self.from_source { format!("{stem}.osl") } else { stem.to_owned() };
+        let path = shader_file::find(&file, &self.folders);
         let source = sources::read_or_shipped(path.as_deref().unwrap_or(Path::new(name)))?;
         compile(&source.text, &source.name, &self.options)
     }
