@@ -31,10 +31,6 @@ typedef struct {
     __global const real *object_space;
     __global const real *shader_space;
     __global const real *camera_space;
-    // What the artifact lists as `userdata` and `interactive`, by its offsets: a real per slot, or an int in its first bytes.
-    // May be 0 when the list is empty.
-    const real *userdata;
-    __global const real *interactive;
     __global const real *other_spaces;  // screen, NDC, raster, then the renderer's own in the order of their names
 #ifdef HAS_DERIVATIVES
     // By the pixel's x (to the right) and y (down).
@@ -45,6 +41,13 @@ typedef struct {
 #ifdef HAS_MESSAGES
     __global uint *records;  // where what the shader says goes (osl/records.h); 0: nobody listens
     uint point;              // the number of the point in those records
+#endif
+    // What the artifact lists as `userdata` and `interactive`, by its offsets: a real per slot, or an int in its first bytes.
+#ifdef HAS_USERDATA
+    const real *userdata;
+#endif
+#ifdef HAS_INTERACTIVE
+    __global const real *interactive;
 #endif
 #ifdef HAS_TEXTURES
     __global const uint *textures; // all texture files (osl/texture_data.h)

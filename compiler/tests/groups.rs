@@ -4,7 +4,7 @@ use oslcl_compiler::interp::Globals;
 use oslcl_compiler::ir::Const;
 use oslcl_compiler::types::{Base, Type};
 use oslcl_compiler::{
-    Binding, Bound, Connection, Entry, Group, Hints, Layer, Lazy, Master, NoIncludes, Options, Userdata,
+    Binding, Bound, Connection, Entry, Group, Hints, Layer, Lazy, Master, NoIncludes, Options, ParseError, Userdata,
 };
 use std::sync::Arc;
 
@@ -319,7 +319,7 @@ fn interactive_parameters_are_read_at_run_time() {
         interactive: list.iter().map(|(n, v)| (n.to_string(), Const::Float(*v))).collect(),
         ..globals.clone()
     };
-    let points = [set(&[]), set(&[("f", 3.0)]), set(&[("g", 4.0), ("plain", 9.0)])];
+    let points = [set(&[]), set(&[("a.f", 3.0)]), set(&[("a.g", 4.0), ("a.plain", 9.0)])];
     let found = group.evaluate_all(&Options::default(), &["r".into()], &points).expect("values");
     let found: Vec<f64> = found.iter().map(|p| p[0].1[0]).collect();
     assert_eq!(found, [206.0, 208.0, 241.0]);
@@ -332,7 +332,7 @@ fn interactive_parameters_are_read_at_run_time() {
     let inputs = group.instance(&options).expect("an artifact").artifact.inputs;
     let slots: Vec<_> =
         inputs.interactive.iter().map(|s| (s.name.as_str(), s.offset, s.has, s.default.clone())).collect();
-    assert_eq!(slots, [("f", 0, None, vec![1.0]), ("g", 1, Some(2), vec![]), ("plain", 3, None, vec![3.0])]);
+    assert_eq!(slots, [("a.f", 0, None, vec![1.0]), ("a.g", 1, Some(2), vec![]), ("a.plain", 3, None, vec![3.0])]);
 }
 
 #[test]
@@ -340,4 +340,78 @@ fn a_parameter_may_refuse_connections() {
     let sink = "shader t(float f = 1 [[ int allowconnect = 0 ]], output float r = 0) { r = f; }";
     let error = failure(&group(&[SOURCE, sink], &["a.f b.f"]));
     assert!(error.contains("E4016") && error.contains("allowconnect"), "{error}");
+}
+
+/// Reads a group's text whose shaders all are `shader any(float x = 0, string s = "", output float y = 0)`.
+fn read(text: &str) -> Result<Group, String> {
+    let mut find = |name: &str| match name {
+        "missing" => Err("it is missing".to_owned()),
+        _ => {
+            let source = format!("shader {name}(float x = 0, string s = \"\", output float y = 0) {{ y = x; }}");
+            Ok(Arc::new(Master::new(&source, &Options::default(), &NoIncludes).expect("a shader")))
+        }
+    };
+    Group::parse("g", text, &mut find).map_err(|e| match e {
+        ParseError::Text(e) => e.to_string(),
+        ParseError::Shader { name, line, cause } => format!("{line}: `{name}`: {cause}"),
+    })
+}
+
+#[test]
+fn the_text_of_a_group() {
+    let group = read(
+        "param float Kd 0.8 [[ int lockgeom = 0, int interactive=1 ]];\n# note; ignored\nparam color Cs 1 0.5;
+         param string s \"a;\\\"b\\n\"; int[3] i 1 2; param float [] open 1 2 3; param string[2] t x;
+         param color[] cs 1 2 3 4;\nshader matte layer1, shader plain;; connect layer1.y plain_1.x[0]",
+    )
+    .expect("a group");
+    let names: Vec<&str> = group.layers.iter().map(|l| l.name.as_str()).collect();
+    assert_eq!(names, ["layer1", "plain_1"]);
+    let values: Vec<(&str, &Binding)> = group.layers[0].bindings.iter().map(|b| (b.name.as_str(), &b.value)).collect();
+    let floats = |v: &[f64]| Binding::Floats(v.to_vec());
+    assert_eq!(
+        values,
+        [
+            ("Kd", &Binding::Float(0.8)),
+            ("Cs", &floats(&[1.0, 0.5, 0.0])),
+            ("s", &Binding::Str("a;\"b\n".into())),
+            ("i", &floats(&[1.0, 2.0, 0.0])),
+            ("open", &floats(&[1.0, 2.0, 3.0])),
+            ("t", &Binding::Strs(vec!["x".into(), String::new()])),
+            ("cs", &floats(&[1.0, 2.0, 3.0, 4.0, 0.0, 0.0])),
+        ]
+    );
+    let hints = Hints { lockgeom: Some(false), interpolated: false, interactive: true };
+    assert_eq!(group.layers[0].bindings[0].hints, hints);
+    assert_eq!(group.connections[0].to, "x[0]");
+    let again = read(&group.text()).expect("the same group");
+    assert_eq!(again.text(), group.text());
+    assert_eq!(again.layers[0].bindings, group.layers[0].bindings);
+}
+
+#[test]
+fn what_is_wrong_with_a_text_is_said_with_its_place() {
+    for (text, part) in [
+        ("", "1:1: there is no `shader`"),
+        ("shader a b;\nconect b.x b.y;", "2:1: `conect` is none of"),
+        ("shader a b; connect a.b c.d;", "1:21: there is no layer `a`"),
+        ("shader a b; connect b c.d;", "1:21: `b` is no `LAYER.PARAMETER`"),
+        ("shader a b c;", "1:12: expected `;` after `shader`, found `c`"),
+        ("shader;", "1:7: expected the shader's name, found `;`"),
+        ("param float x 1 2; shader a b;", "takes 1 values, not 2"),
+        ("param float x y; shader a b;", "1:15: parameter `x`: `y` is no number"),
+        ("param int x 1.5; shader a b;", "is no int"),
+        ("param flaot x 1; shader a b;", "did you mean `float`?"),
+        ("param float[0] x 1; shader a b;", "is no array type"),
+        ("param float[99999999999] x 1; shader a b;", "is no array type"),
+        ("param string x \"y; shader a b;", "closing quote"),
+        ("param float x 1 [[ int lockgeom ]]; shader a b;", "is no hint"),
+        ("param float x 1 [[ ; shader a b;", "`[[` without `]]`"),
+        ("shader a b; param int x 1;", "belongs to no shader"),
+        ("\nshader missing b;", "2: `missing`: it is missing"),
+        ("\"shader\" a b;", "found the string"),
+    ] {
+        let error = read(text).expect_err(text);
+        assert!(error.contains(part), "{text}: {error}");
+    }
 }

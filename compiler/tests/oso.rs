@@ -189,7 +189,7 @@ proptest! {
         which in any::<Index>(),
         damages in prop::collection::vec((any::<Index>(), any::<Index>(), 0u8..7), 1..4),
     ) {
-        survives(&damaged(which.get(WRITTEN.as_slice()), &damages));
+        survives(&damaged(which.get::<String>(&WRITTEN), &damages));
     }
 
     #[test]

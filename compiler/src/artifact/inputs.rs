@@ -10,8 +10,8 @@ use serde::Serialize;
 /// strings lie in the first four bytes of their slots.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Slot {
-    /// Of userdata its name; of an interactive parameter its flattened name, with its layer in front (`layer.param`) in a
-    /// group of several layers.
+    /// Of userdata its name; of an interactive parameter its flattened name, in a group with its layer in front
+    /// (`layer.param`).
     pub name: String,
     /// Its type in OSL's words, such as `color` or `float[4]`.
     #[serde(rename = "type")]

@@ -7,10 +7,11 @@
 mod group;
 mod host;
 mod oso_text;
+mod text;
 
 use crate::artifact::Artifact;
 use crate::diag::{self, Diagnostic};
-use crate::ir::{Const, Shader};
+use crate::ir::{self, Const, Shader, Ty};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
@@ -25,6 +26,7 @@ pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
 pub use host::HostRun;
 pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
+pub use text::{ParseError, TextError};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +44,27 @@ pub enum Binding {
 }
 
 impl Binding {
+    /// The value as the numbers of a slot, one per real; a string by its id. `None` when it does not fit the slot's type.
+    pub fn numbers(&self, slot: &crate::artifact::Slot) -> Option<Vec<f64>> {
+        use crate::types::{Base, Extent};
+        let ty = match slot.resolved.base {
+            Base::Int => Ty::Int,
+            Base::Float => Ty::Float,
+            Base::Matrix => Ty::Matrix,
+            Base::String => Ty::Str,
+            base if base.is_triple() => Ty::Triple,
+            _ => return None,
+        };
+        let len = match slot.resolved.extent {
+            Extent::Scalar => None,
+            Extent::Fixed(n) => Some(n),
+            Extent::Unsized => return None,
+        };
+        let mut out = Vec::new();
+        ir::numbers(&crate::passes::fitted(&self.constant(), ty, len)?, &mut out);
+        Some(out)
+    }
+
     fn constant(&self) -> Const {
         match self {
             Binding::Int(v) => i32::try_from(*v).map_or(Const::Float(*v as f64), Const::Int),
@@ -321,10 +344,16 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
 impl Master {
     /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines`, `undefines`,
     /// `spaces` and `color_system`.
+    /// Takes the text of an `.oso` file too.
     pub fn new(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Master, Failure> {
+        Master::of(|sources| front(source, options, includes, sources))
+    }
+
+    /// A master of what the front half yields.
+    fn of(front: impl FnOnce(&mut SourceMap) -> Front + Send) -> Result<Master, Failure> {
         let (result, sources) = match on_large_stack(|| {
             let mut sources = SourceMap::default();
-            let result = front(source, options, includes, &mut sources);
+            let result = front(&mut sources);
             let result = result.map(|(shader, info, warnings, nowarn)| (Box::new(shader), info, warnings, nowarn));
             (result, Arc::new(sources))
         }) {

@@ -115,12 +115,6 @@ impl Master {
     /// A compiled shader from the text of an `.oso` file, of this compiler or of the reference implementation's.
     /// [`Master::new`] takes such a text too. Uses the options' `file_name`.
     pub fn from_oso(text: &str, options: &Options) -> Result<Master, Failure> {
-        if oso::is_oso(text) {
-            return Master::new(text, options, &super::NoIncludes);
-        }
-        let mut sources = SourceMap::default();
-        let file = sources.add(&*options.file_name, text);
-        let diagnostics = parse::parse(text, file).err().unwrap_or_default();
-        Err(Failure { diagnostics, sources: Arc::new(sources) })
+        Master::of(|sources| front(text, options, sources))
     }
 }

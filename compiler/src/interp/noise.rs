@@ -73,19 +73,21 @@ fn numbers(args: &[Const]) -> Option<Vec<f64>> {
 }
 
 /// Point, differences, period, options: in the order of the row.
-fn gabor(periodic: bool, ty: Ty, args: &[Const]) -> Option<Const> {
-    let differences = [triple(args, 1)?, triple(args, 2)?];
-    let period = if periodic { Some(triple(args, 3)?) } else { None };
+fn gabor(periodic: bool, args: &[Const]) -> Option<noise_gabor::Call> {
     let at = 3 + usize::from(periodic);
     let [Const::Int(anisotropic), .., Const::Int(filter)] = args.get(at..)? else { return None };
-    let options = noise_gabor::Options {
-        anisotropic: *anisotropic,
-        direction: triple(args, at + 1)?,
-        bandwidth: float(args, at + 2)?,
-        impulses: float(args, at + 3)?,
-        filter: *filter != 0,
-    };
-    Some(noise_gabor::gabor(triple(args, 0)?, differences, period, &options, ty))
+    Some(noise_gabor::Call {
+        p: triple(args, 0)?,
+        differences: [triple(args, 1)?, triple(args, 2)?],
+        period: if periodic { Some(triple(args, 3)?) } else { None },
+        options: noise_gabor::Options {
+            anisotropic: *anisotropic,
+            direction: triple(args, at + 1)?,
+            bandwidth: float(args, at + 2)?,
+            impulses: float(args, at + 3)?,
+            filter: *filter != 0,
+        },
+    })
 }
 
 /// The value of the row `name`.
@@ -94,8 +96,16 @@ pub(super) fn call(name: &str, ty: Ty, args: &[Const]) -> Option<Const> {
         Some(kind) => (true, kind),
         None => (false, name.strip_prefix("noise_")?),
     };
+    let (kind, slopes) = match kind.split_once("_slopes") {
+        Some((kind, rest)) => (kind, Some(if rest.is_empty() { 1 } else { 3 })),
+        None => (kind, None),
+    };
     if kind == "gabor" {
-        return gabor(periodic, ty, args);
+        let call = gabor(periodic, args)?;
+        return Some(match slopes {
+            Some(components) => Const::Matrix(call.slopes(components)),
+            None => call.value(ty),
+        });
     }
     let all = numbers(args)?;
     let (x, periods) = all.split_at(if periodic { all.len() / 2 } else { all.len() });
@@ -108,6 +118,13 @@ pub(super) fn call(name: &str, ty: Ty, args: &[Const]) -> Option<Const> {
             false => x.iter().map(|x| Cell::new(*x)).collect(),
         }
     };
+    if let Some(components) = slopes {
+        return Some(Const::Matrix(match kind {
+            "perlin" => noise_gradient::slopes(&cells(), components),
+            "simplex" => noise_simplex::slopes(x, components),
+            _ => return None,
+        }));
+    }
     let to_unit = |c| map(c, |v| 0.5 * (v + 1.0));
     Some(match kind {
         "perlin" => noise_gradient::perlin(&cells(), ty),

@@ -10,6 +10,7 @@
 mod cases;
 mod closures;
 mod dead;
+mod derivatives;
 mod fold;
 pub mod link;
 mod prune;
@@ -20,8 +21,10 @@ mod textures;
 mod unroll;
 
 pub use closures::closures;
+pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
+pub(crate) use specialise::fitted;
 pub use specialise::specialise;
 pub use textures::{TextureUse, textures};
 
@@ -117,6 +120,10 @@ pub fn optimise_with(
     let (warnings, changed) = review::review(shader, settings.target)?;
     if changed {
         check(shader, "review");
+        reduce(shader)?;
+    }
+    if derivatives(shader) {
+        check(shader, "derivatives");
         reduce(shader)?;
     }
     textures::textures(shader)?;

@@ -89,6 +89,17 @@ fn number(c: &Const) -> Option<f64> {
     }
 }
 
+/// A value as OSL converts it to a type: one constant, or an array of them with zeros behind those that are given.
+pub(crate) fn fitted(value: &Const, ty: Ty, len: Option<u32>) -> Option<Const> {
+    Some(match fit(value, ty, len)? {
+        Fitted::One(c) => c,
+        Fitted::Many(mut items) => {
+            items.resize(len.unwrap_or(1) as usize, ops::zero(ty)?);
+            Const::Array(items)
+        }
+    })
+}
+
 /// The length that an unsized array of this element type gets from a value.
 fn length_of(value: &Const, ty: Ty) -> Option<u32> {
     let Const::Array(items) = value else { return Some(1) };

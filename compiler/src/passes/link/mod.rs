@@ -21,7 +21,7 @@ pub use join::shift_diagnostic;
 
 use super::specialise::specialise;
 use crate::diag::Diagnostic;
-use crate::ir::{Const, LocalKind, Shader};
+use crate::ir::{Const, LocalKind, Shader, Source};
 
 /// What a value says beside itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -177,7 +177,18 @@ pub fn link(request: &Request<'_>) -> Result<(Shader, Vec<String>), Vec<Diagnost
     });
     let names = names.collect();
     let shader = match layers.pop() {
-        Some(only) if layers.is_empty() => only.shader,
+        Some(mut only) if layers.is_empty() => {
+            // A layer's name is part of its interactive parameters' names even where it is the only one.
+            let interactive = only
+                .shader
+                .inputs
+                .iter_mut()
+                .filter(|i| matches!(i.source, Source::Interactive | Source::HasInteractive));
+            for input in interactive.filter(|_| !only.name.is_empty()) {
+                input.name = format!("{}.{}", only.name, input.name);
+            }
+            only.shader
+        }
         last => {
             layers.extend(last);
             compose::compose(request, layers, &wires, &found, &entries)

@@ -131,7 +131,7 @@ fn textures(args: &Args) -> textures::Settings {
     let value = |name: &str| args.options.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v.as_str());
     let folders = value("searchpath:texture").or_else(|| value("searchpath")).unwrap_or("");
     let search = folders.split([':', ';', ',']).filter(|f| !f.is_empty()).map(PathBuf::from).collect();
-    textures::Settings { search, automip: value("automip").is_some_and(|v| v != "0") }
+    textures::Settings { search, automip: value("automip") != Some("0") }
 }
 
 /// The points.
