@@ -1,23 +1,25 @@
-// OSL's colour functions (specification ch. 7.3). The working space is linear RGB with Rec. 709 primaries and a D65 white
-// at x, y = 0.3127, 0.3291, the reference implementation's default; `lower` turns transformc into these conversions.
+// OSL's colour functions (specification ch. 7.3). Linear RGB has Rec. 709 primaries and a D65 white at x, y = 0.3127,
+// 0.3291, the reference implementation's default, but for the forms `_in`, which take the conversion from XYZ to another
+// one; `lower` turns transformc into these conversions.
 //
 // In, out: values only. Negative results of blackbody and wavelength_color are set to 0. blackbody is in W / m^2 of the
-// spectrum from 380 to 780 nm, below 800 K a dim red (1e-6, 0, 0); it is integrated at each call, where the reference
-// interpolates a table below 12,000 K (0.1 % off).
+// spectrum from 380 to 780 nm, below 800 K a dim red (1e-6, 0, 0). Below 12,000 K it lies between the entries of the
+// reference's table (src/liboslexec/opcolor_impl.h), which are not stored but computed: up to 0.1 % off the spectrum.
 #ifndef OSLCL_OSL_COLOR_H
 #define OSLCL_OSL_COLOR_H
 
 #include "osl/math.h"
+#include "osl/matrix.h"
 
 // Dot product of luminance with linear RGB: the second row of RGB to XYZ.
-static inline real osl_luminance_f_v(real3 c) {
+static inline real osl_luminance_rec709_f_v(real3 c) {
     return 0.212507276142 * c.x + 0.715350005308 * c.y + 0.0721427185497 * c.z;
 }
 
 // ---- Linear conversions ---------------------------------------------------------------------------------------------
 
 static inline real3 osl_rgb_to_xyz_v_v(real3 c) {
-    return (real3)(0.412135323427 * c.x + 0.357675002654 * c.y + 0.180356796374 * c.z, osl_luminance_f_v(c),
+    return (real3)(0.412135323427 * c.x + 0.357675002654 * c.y + 0.180356796374 * c.z, osl_luminance_rec709_f_v(c),
                    0.0193188432856 * c.x + 0.119225000885 * c.y + 0.949879127571 * c.z);
 }
 
@@ -131,18 +133,27 @@ static inline real3 color_matching(int i) {
     return (real3)(COLOR_CIE_1931[3 * i], COLOR_CIE_1931[3 * i + 1], COLOR_CIE_1931[3 * i + 2]);
 }
 
-static inline real3 osl_wavelength_color_v_f(real nanometres) {
+// Of XYZ, for row vectors, without negative components.
+static inline real3 color_displayable(real3 xyz, mat4 xyz_to_rgb) {
+    return fmax(osl_transform_vector_v_mv(xyz_to_rgb, xyz), 0);
+}
+
+static inline mat4 color_rec709(void) {
+    return make_mat4(3.24297896532, -0.968997952917, 0.0556683243682, 0, -1.53833617586, 1.87549198226, -0.20411718935, 0,
+                     -0.498919840819, 0.0415445240532, 1.057698163, 0, 0, 0, 0, 1);
+}
+
+static inline real3 osl_wavelength_color_in_v_fm(real nanometres, mat4 xyz_to_rgb) {
     real t = (nanometres - 380) / 5;
     if (!(t >= 0 && t < 80)) return (real3)(0, 0, 0);
     int i = (int)t;
     t -= i;
     real3 xyz = (1 - t) * color_matching(i) + t * color_matching(i + 1);
-    return fmax(osl_xyz_to_rgb_v_v(xyz) * (1 / 2.52), 0); // 2.52: the reference's scale, no component exceeds 1
+    return color_displayable(xyz, xyz_to_rgb) * (1 / 2.52); // the reference's scale, no component exceeds 1
 }
 
 // Planck's law with 2 pi h c^2 = 3.74183e-16 W m^2 and h c / k = 1.4388e-2 m K.
-static inline real3 osl_blackbody_v_f(real kelvin) {
-    if (kelvin < 800) return (real3)(1e-6, 0, 0);
+static inline real3 color_blackbody(real kelvin, mat4 xyz_to_rgb) {
     real3 xyz = (real3)(0, 0, 0);
     for (int i = 0; i < 81; ++i) {
         real um = 0.38 + 0.005 * i;
@@ -150,7 +161,30 @@ static inline real3 osl_blackbody_v_f(real kelvin) {
         real density = 3.74183e14 / (um2 * um2 * um * m_expm1(1.4388e4 / (um * kelvin))); // W / m^3
         xyz += density * 5e-9 * color_matching(i);
     }
-    return fmax(osl_xyz_to_rgb_v_v(xyz), 0);
+    return color_displayable(xyz, xyz_to_rgb);
 }
+
+// Entry i of the table: the fifth root at 800 + 2 i^1.5 K.
+static inline real3 color_blackbody_entry(real i, mat4 xyz_to_rgb) {
+    real3 rgb = color_blackbody(800 + 2 * i * sqrt(i), xyz_to_rgb);
+    return (real3)(osl_pow_f_ff(rgb.x, 0.2), osl_pow_f_ff(rgb.y, 0.2), osl_pow_f_ff(rgb.z, 0.2));
+}
+
+static inline real3 osl_blackbody_in_v_fm(real kelvin, mat4 xyz_to_rgb) {
+    if (kelvin < 800) return (real3)(1e-6, 0, 0);
+    if (!(kelvin < 12000)) return color_blackbody(kelvin, xyz_to_rgb);
+    real root = m_cbrt((kelvin - 800) * 0.5);
+    real at = root * root;
+    real i = floor(at), t = at - i;
+    real3 c = (1 - t) * color_blackbody_entry(i, xyz_to_rgb) + t * color_blackbody_entry(i + 1, xyz_to_rgb);
+    real3 c2 = c * c;
+    return c2 * c2 * c;
+}
+
+static inline real3 osl_wavelength_color_rec709_v_f(real nanometres) {
+    return osl_wavelength_color_in_v_fm(nanometres, color_rec709());
+}
+
+static inline real3 osl_blackbody_rec709_v_f(real kelvin) { return osl_blackbody_in_v_fm(kelvin, color_rec709()); }
 
 #endif

@@ -3,8 +3,9 @@
 // In, out: values only. The elementary functions come from maths.h; this file adds OSL's results for bad arguments,
 // so that no shader produces an infinity or a NaN from finite arguments:
 //   x / 0 and any quotient that is not finite: 0        sqrt, inversesqrt of a negative or a NaN: 0; inversesqrt(0): 0
-//   log family: argument clamped to [FLT_MIN, FLT_MAX], NaN to FLT_MIN (log(0) = -87.3365); logb of |x| likewise
-//   log(x, 1): 0, as x / 0      pow(0, y != 0): 0      pow(x, 0): 1      pow(x < 0, fraction): 0
+//   log family: argument clamped to [FLT_MIN, FLT_MAX], NaN to FLT_MIN (log(0) = -87.3365); logb of |x| likewise, but of
+//   NaN 128
+//   log(x, 1): 0, as x / 0      pow(0, y != 0): 0      pow(x, 0): 1      pow(x, 1): x      pow(x < 0, fraction): 0
 //   asin, acos: argument clamped to [-1, 1]      fmod(a, 0): 0      mod(a, 0): a      sign(NaN): 1      hypot(NaN): 0
 //   min(NaN, y), max(NaN, y): NaN; min(x, NaN), max(x, NaN): x
 // OSL's float has 32 bits, so those limits are float's in f64 as well: an f64 run evaluates the same language.
@@ -97,7 +98,7 @@ static inline void osl_sincos_n_vovov(real3 x, real3 *s, real3 *c) {
 static inline real osl_pow_f_ff(real x, real y) {
     real r = osl_finite(m_pow(x, y));
     int no_value = x == 0 || (x < 0 && y != floor(y));
-    return y == 0 ? 1 : (no_value ? 0 : r);
+    return y == 0 ? 1 : (no_value ? 0 : (y == 1 ? x : r));
 }
 
 static inline real osl_exp_f_f(real x) { return osl_finite(m_exp(x)); }
@@ -111,6 +112,7 @@ static inline real osl_log10_f_f(real x) { return m_log10(osl_log_argument(x)); 
 // The exponent of the argument's bits: exact, where floor(log2(x)) would round up just below a power of two.
 static inline real osl_logb_f_f(real x) {
     real a = osl_log_argument(fabs(x));
+    if (isnan(x)) return 128;
 #ifdef OSLCL_F64
     return (real)(int)((as_long(a) >> 52) - 1023);
 #else

@@ -38,4 +38,21 @@ OSL_SPLINE_SLOPE(hermite, 2, v, real3)
 OSL_SPLINE_SLOPE(linear, 1, f, real)
 OSL_SPLINE_SLOPE(linear, 1, v, real3)
 
+// The first `count` knots only.
+#define OSL_SPLINE_SLOPE_COUNTED(BASIS)                                                                                \
+    static inline real osl_spline_##BASIS##_slope_f_fiaf(real x, int count, const real *knots, int n)                  \
+    {                                                                                                                  \
+        return osl_spline_##BASIS##_slope_f_faf(x, knots, clamp(count, 1, n));                                         \
+    }                                                                                                                  \
+    static inline real3 osl_spline_##BASIS##_slope_v_fiav(real x, int count, const real3 *knots, int n)                \
+    {                                                                                                                  \
+        return osl_spline_##BASIS##_slope_v_fav(x, knots, clamp(count, 1, n));                                         \
+    }
+
+OSL_SPLINE_SLOPE_COUNTED(catmullrom)
+OSL_SPLINE_SLOPE_COUNTED(bezier)
+OSL_SPLINE_SLOPE_COUNTED(bspline)
+OSL_SPLINE_SLOPE_COUNTED(hermite)
+OSL_SPLINE_SLOPE_COUNTED(linear)
+
 #endif

@@ -61,6 +61,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/noise.h",
     "osl/noise_cell.h",
     "osl/noise_gabor.h",
+    "osl/noise_gabor_slopes.h",
     "osl/noise_hash.h",
     "osl/noise_perlin.h",
     "osl/noise_perlin_d.h",

@@ -91,9 +91,15 @@ pub static TABLE: &[Row] = &[
     row("transform_normal", &["normal(matrix,normal)"], Internal),
     row("transformu", &["float(string,float)", "float(string,string,float)"], NotYet),
     // Colour.
-    row("luminance", &["float(color)"], Direct),
-    row("blackbody", &["color(float)"], Direct),
-    row("wavelength_color", &["color(float)"], Direct),
+    // Special: what they are depends on the working space; `_in` takes its conversion from XYZ.
+    row("luminance", &["float(color)"], Special),
+    row("luminance_rec709", &["float(color)"], Internal),
+    row("blackbody", &["color(float)"], Special),
+    row("blackbody_rec709", &["color(float)"], Internal),
+    row("blackbody_in", &["color(float,matrix)"], Internal),
+    row("wavelength_color", &["color(float)"], Special),
+    row("wavelength_color_rec709", &["color(float)"], Internal),
+    row("wavelength_color_in", &["color(float,matrix)"], Internal),
     // Special: constant space names pick one of the internal conversions below, by way of linear RGB.
     row("transformc", &["color(string,color)", "color(string,string,color)"], Special),
     row("hsv_to_rgb", &["color(color)"], Internal),
@@ -142,6 +148,10 @@ pub static TABLE: &[Row] = &[
     row("noise_perlin_slopes_triple", NOISE_SLOPES, Internal),
     row("noise_simplex_slopes", NOISE_SLOPES, Internal),
     row("noise_simplex_slopes_triple", NOISE_SLOPES, Internal),
+    row("noise_gabor_slopes", GABOR_SLOPES, Internal),
+    row("noise_gabor_slopes_triple", GABOR_SLOPES, Internal),
+    row("pnoise_gabor_slopes", PGABOR_SLOPES, Internal),
+    row("pnoise_gabor_slopes_triple", PGABOR_SLOPES, Internal),
     row("pnoise_perlin_slopes", PNOISE_SLOPES, Internal),
     row("pnoise_perlin_slopes_triple", PNOISE_SLOPES, Internal),
     row("pnoise_perlin", PNOISE_KIND, Internal),
@@ -155,17 +165,9 @@ pub static TABLE: &[Row] = &[
         Special,
     ),
     row("hash_string", &["int(string)"], InternalHost),
-    // What stands for a name that is none of the known ones: what kind of name, those known (with commas), the name.
-    row(
-        "unknown_name",
-        &[
-            "int(string,string,string)",
-            "float(string,string,string)",
-            "vector(string,string,string)",
-            "matrix(string,string,string)",
-        ],
-        InternalHost,
-    ),
+    // Whether a name can be none of the known ones: what kind of name, those known (with commas), the name, and as which it
+    // is then taken, "" where it is an error.
+    row("unknown_name", &["int(string,string,string,string)"], InternalHost),
     row("hash_value", &["int(int)", "int(float)", "int(float,float)", "int(vector)", "int(vector,float)"], Internal),
     row("spline", &["T(string,float,T[])", "T(string,float,int,T[])", "T(string,float,T,T,...)"], Special),
     row("spline_catmullrom", SPLINE_KIND, Internal),
@@ -431,6 +433,12 @@ const NOISE_KIND: &[&str] = &[
 /// The slopes of one kind of noise.
 const NOISE_SLOPES: &[&str] = &["matrix(float)", "matrix(float,float)", "matrix(vector)", "matrix(vector,float)"];
 
+/// Those of Gabor noise, by its point; arguments as of the noise.
+const GABOR_SLOPES: &[&str] = &["matrix(vector,vector,vector,int,vector,float,float,int)"];
+
+/// Those of periodic Gabor noise.
+const PGABOR_SLOPES: &[&str] = &["matrix(vector,vector,vector,vector,int,vector,float,float,int)"];
+
 /// The slopes of one kind of periodic noise.
 const PNOISE_SLOPES: &[&str] = &[
     "matrix(float,float)",
@@ -480,8 +488,9 @@ const PGABOR_KIND: &[&str] = &[
     "vector(vector,vector,vector,vector,int,vector,float,float,int)",
 ];
 
-/// One basis: position, knots.
-const SPLINE_KIND: &[&str] = &["float(float,float[])", "vector(float,vector[])"];
+/// One basis: position, how many knots, knots.
+const SPLINE_KIND: &[&str] =
+    &["float(float,float[])", "vector(float,vector[])", "float(float,int,float[])", "vector(float,int,vector[])"];
 
 /// The inverse of one basis: value, knots.
-const SPLINEINVERSE_KIND: &[&str] = &["float(float,float[])"];
+const SPLINEINVERSE_KIND: &[&str] = &["float(float,float[])", "float(float,int,float[])"];

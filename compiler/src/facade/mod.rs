@@ -21,6 +21,7 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
+pub use crate::lower::ColorSystem;
 pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
 pub use host::HostRun;
@@ -86,6 +87,11 @@ pub struct Options {
     pub undefines: Vec<String>,
     /// Values of parameters by flattened name (`a.x` for field x of struct parameter a). The others keep their defaults.
     pub bindings: Vec<(String, Binding)>,
+    /// The names of the spaces that the renderer knows beyond those of every renderer, in the order of `other_spaces` from
+    /// its fourth on (kernels/globals.h).
+    pub spaces: Vec<String>,
+    /// What linear RGB is.
+    pub color_system: ColorSystem,
     /// What to write.
     pub entry: Entry,
     /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
@@ -108,6 +114,8 @@ impl Default for Options {
             defines: Vec::new(),
             undefines: Vec::new(),
             bindings: Vec::new(),
+            spaces: Vec::new(),
+            color_system: ColorSystem::default(),
             entry: Entry::Material,
             userdata: None,
             userdata_is_connected: false,
@@ -332,18 +340,23 @@ fn checked(
     Ok(Parsed { checked, warnings, nowarn: pre.nowarn, text: pre.text })
 }
 
+fn settings(options: &Options) -> lower::Settings {
+    lower::Settings { spaces: options.spaces.clone(), color_system: options.color_system.clone() }
+}
+
 fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
     if oso::is_oso(source) {
         return oso_text::front(source, options, sources);
     }
     let front = checked(source, options, Target::Ir, includes, sources)?;
-    let shader = lower::lower(&front.checked)
+    let shader = lower::lower_for(&front.checked, &settings(options))
         .map_err(|list| in_order([tell(sources, &front.nowarn, list), front.warnings.clone()].concat()))?;
     Ok((shader, front.checked.info, front.warnings, front.nowarn))
 }
 
 impl Master {
-    /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines` and `undefines`.
+    /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines`, `undefines`,
+    /// `spaces` and `color_system`.
     /// Takes the text of an `.oso` file too.
     pub fn new(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Master, Failure> {
         Master::of(|sources| front(source, options, includes, sources))

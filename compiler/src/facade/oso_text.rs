@@ -111,7 +111,7 @@ pub(super) fn front(source: &str, options: &Options, sources: &mut SourceMap) ->
     sources.set_origins(file, module.ops.iter().filter_map(origin).collect());
     let told = |list| tell(sources, &Silenced::new(), list);
     let checked = read::read(&module).map_err(told)?;
-    let shader = lower::lower(&checked).map_err(told)?;
+    let shader = lower::lower_for(&checked, &super::settings(options)).map_err(told)?;
     Ok((shader, checked.info, Vec::new(), Silenced::new()))
 }
 

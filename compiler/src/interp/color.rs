@@ -4,7 +4,7 @@
 //! which working space and which units hold.
 
 use super::math::{pow, quotient};
-use super::{each, float, triple};
+use super::{each, float, matrix, triple};
 use crate::ir::Const;
 
 type V = [f64; 3];
@@ -106,12 +106,12 @@ fn rgb_to_srgb(x: f64) -> f64 {
     if x <= 0.0031308 { 12.92 * x } else { 1.055 * pow(x, 1.0 / 2.4) - 0.055 }
 }
 
-/// Without negative components.
-fn displayable(xyz: V) -> V {
-    through(&XYZ_TO_RGB, xyz).map(|x| x.max(0.0))
+/// XYZ to RGB, for column vectors, without negative components.
+fn displayable(m: &[V; 3], xyz: V) -> V {
+    through(m, xyz).map(|x| x.max(0.0))
 }
 
-fn wavelength_color(nanometres: f64) -> V {
+fn wavelength_color(nanometres: f64, m: &[V; 3]) -> V {
     let t = (nanometres - 380.0) / 5.0;
     if !(0.0..80.0).contains(&t) {
         return [0.0; 3];
@@ -119,14 +119,11 @@ fn wavelength_color(nanometres: f64) -> V {
     let (i, f) = (t as usize, t.fract());
     let xyz = std::array::from_fn(|k| (1.0 - f) * CIE_1931[i][k] + f * CIE_1931[i + 1][k]);
     // The reference's scale: no component exceeds 1.
-    displayable(xyz).map(|x| x / 2.52)
+    displayable(m, xyz).map(|x| x / 2.52)
 }
 
 /// Planck's law over the visible range, in W / m^2.
-fn blackbody(kelvin: f64) -> V {
-    if kelvin < 800.0 {
-        return [1e-6, 0.0, 0.0];
-    }
+fn planck(kelvin: f64, m: &[V; 3]) -> V {
     let mut xyz = [0.0; 3];
     for (i, weights) in CIE_1931.iter().enumerate() {
         let metres = 380e-9 + 5e-9 * i as f64;
@@ -135,18 +132,41 @@ fn blackbody(kelvin: f64) -> V {
             *sum += density * weight * 5e-9;
         }
     }
-    displayable(xyz)
+    displayable(m, xyz)
+}
+
+/// Between the entries of the reference's table, fifth roots at 800 + 2 i^1.5 K, as far as that reaches.
+fn blackbody(kelvin: f64, m: &[V; 3]) -> V {
+    if kelvin < 800.0 {
+        return [1e-6, 0.0, 0.0];
+    }
+    if kelvin >= 12_000.0 || kelvin.is_nan() {
+        return planck(kelvin, m);
+    }
+    let at = ((kelvin - 800.0) / 2.0).cbrt().powi(2);
+    let entry = |i: f64| planck(800.0 + 2.0 * i.powf(1.5), m).map(|x| x.powf(0.2));
+    let (low, high) = (entry(at.floor()), entry(at.floor() + 1.0));
+    let t = at.fract();
+    std::array::from_fn(|k| ((1.0 - t) * low[k] + t * high[k]).powi(5))
+}
+
+/// The conversion of an argument that is for row vectors.
+fn conversion(args: &[Const], i: usize) -> Option<[V; 3]> {
+    let m = matrix(args, i)?;
+    Some(std::array::from_fn(|r| std::array::from_fn(|c| m[4 * c + r])))
 }
 
 /// The value of the row `name`.
 pub(super) fn call(name: &str, args: &[Const]) -> Option<Const> {
     let c = || triple(args, 0);
     Some(Const::Triple(match name {
-        "luminance" => return Some(Const::Float(through(&RGB_TO_XYZ, c()?)[1])),
+        "luminance_rec709" => return Some(Const::Float(through(&RGB_TO_XYZ, c()?)[1])),
         "srgb_to_rgb" => return each(args, |[x]| srgb_to_rgb(x)),
         "rgb_to_srgb" => return each(args, |[x]| rgb_to_srgb(x)),
-        "blackbody" => blackbody(float(args, 0)?),
-        "wavelength_color" => wavelength_color(float(args, 0)?),
+        "blackbody_rec709" => blackbody(float(args, 0)?, &XYZ_TO_RGB),
+        "blackbody_in" => blackbody(float(args, 0)?, &conversion(args, 1)?),
+        "wavelength_color_rec709" => wavelength_color(float(args, 0)?, &XYZ_TO_RGB),
+        "wavelength_color_in" => wavelength_color(float(args, 0)?, &conversion(args, 1)?),
         "hsv_to_rgb" => hsv_to_rgb(c()?),
         "rgb_to_hsv" => rgb_to_hsv(c()?),
         "hsl_to_rgb" => hsl_to_rgb(c()?),

@@ -43,6 +43,8 @@ pub fn pow(x: f64, y: f64) -> f64 {
         1.0
     } else if x == 0.0 || (x < 0.0 && y != y.floor()) {
         0.0
+    } else if y == 1.0 {
+        x
     } else {
         finite(x.powf(y))
     }
@@ -52,8 +54,11 @@ fn log(x: f64) -> f64 {
     log_argument(x).ln()
 }
 
-/// The exponent of |x|: its 11 bits, without the bias.
+/// The exponent of |x|: its 11 bits, without the bias. That of NaN is a float's, as in the reference.
 fn logb(x: f64) -> f64 {
+    if x.is_nan() {
+        return 128.0;
+    }
     let bits = log_argument(x.abs()).to_bits();
     (bits >> 52) as f64 - 1023.0
 }

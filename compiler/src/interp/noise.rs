@@ -73,19 +73,21 @@ fn numbers(args: &[Const]) -> Option<Vec<f64>> {
 }
 
 /// Point, differences, period, options: in the order of the row.
-fn gabor(periodic: bool, ty: Ty, args: &[Const]) -> Option<Const> {
-    let differences = [triple(args, 1)?, triple(args, 2)?];
-    let period = if periodic { Some(triple(args, 3)?) } else { None };
+fn gabor(periodic: bool, args: &[Const]) -> Option<noise_gabor::Call> {
     let at = 3 + usize::from(periodic);
     let [Const::Int(anisotropic), .., Const::Int(filter)] = args.get(at..)? else { return None };
-    let options = noise_gabor::Options {
-        anisotropic: *anisotropic,
-        direction: triple(args, at + 1)?,
-        bandwidth: float(args, at + 2)?,
-        impulses: float(args, at + 3)?,
-        filter: *filter != 0,
-    };
-    Some(noise_gabor::gabor(triple(args, 0)?, differences, period, &options, ty))
+    Some(noise_gabor::Call {
+        p: triple(args, 0)?,
+        differences: [triple(args, 1)?, triple(args, 2)?],
+        period: if periodic { Some(triple(args, 3)?) } else { None },
+        options: noise_gabor::Options {
+            anisotropic: *anisotropic,
+            direction: triple(args, at + 1)?,
+            bandwidth: float(args, at + 2)?,
+            impulses: float(args, at + 3)?,
+            filter: *filter != 0,
+        },
+    })
 }
 
 /// The value of the row `name`.
@@ -94,13 +96,17 @@ pub(super) fn call(name: &str, ty: Ty, args: &[Const]) -> Option<Const> {
         Some(kind) => (true, kind),
         None => (false, name.strip_prefix("noise_")?),
     };
-    if kind == "gabor" {
-        return gabor(periodic, ty, args);
-    }
     let (kind, slopes) = match kind.split_once("_slopes") {
         Some((kind, rest)) => (kind, Some(if rest.is_empty() { 1 } else { 3 })),
         None => (kind, None),
     };
+    if kind == "gabor" {
+        let call = gabor(periodic, args)?;
+        return Some(match slopes {
+            Some(components) => Const::Matrix(call.slopes(components)),
+            None => call.value(ty),
+        });
+    }
     let all = numbers(args)?;
     let (x, periods) = all.split_at(if periodic { all.len() / 2 } else { all.len() });
     if !(1..=4).contains(&x.len()) || (periodic && periods.len() != x.len()) {

@@ -63,6 +63,16 @@ pub(super) struct Options {
     pub filter: bool,
 }
 
+/// A value and its derivatives by the point.
+type Sloped = (f64, V3);
+
+/// A wave under a Gaussian: weight exp(exponent) cos(phase), with the derivatives of exponent and phase.
+fn wave(weight: f64, (exponent, dexponent): (f64, V3), (phase, dphase): (f64, V3)) -> Sloped {
+    let e = weight * exponent.exp();
+    let (s, c) = phase.sin_cos();
+    (e * c, [0, 1, 2].map(|i| e * (c * dexponent[i] - s * dphase[i])))
+}
+
 /// A pixel's footprint: tangent space, and its Gaussian's matrix there.
 struct Footprint {
     t: V3,
@@ -88,21 +98,23 @@ impl Footprint {
     }
 
     /// A kernel of unit weight, sliced (eq. 6) and filtered (eq. 10).
-    fn kernel(&self, a: f64, omega: V3, phase: f64, x: V3) -> f64 {
-        let [wave, at] = [omega, x].map(|v| [dot(&v, &self.t), dot(&v, &self.b)]);
-        let depth = -dot(&self.n, &x);
-        let slice = (-PI * a * a * depth * depth).exp();
-        let phase = phase - TAU * depth * dot(&omega, &self.n);
+    fn kernel(&self, a: f64, omega: V3, phase: f64, x: V3) -> Sloped {
+        let [plane, at] = [omega, x].map(|v| [dot(&v, &self.t), dot(&v, &self.b)]);
+        let (depth, across) = (dot(&self.n, &x), dot(&omega, &self.n));
         let sigma_g = a * a / TAU;
         let sigma_f = scale(inverse(self.sigma), 1.0 / (4.0 * PI * PI));
         let both = add(sigma_f, sigma_g);
         let c_f = 1.0 / (TAU * determinant(self.sigma).sqrt());
-        let weight =
-            slice * c_f / (TAU * determinant(both).sqrt()) * (-0.5 * dot(&times(wave, inverse(both)), &wave)).exp();
+        let weight = c_f / (TAU * determinant(both).sqrt()) * (-0.5 * dot(&times(plane, inverse(both)), &plane)).exp();
         let product = inverse(add(inverse(sigma_f), 1.0 / sigma_g));
-        let wave = times(wave, scale(product, 1.0 / sigma_g));
+        let plane = times(plane, scale(product, 1.0 / sigma_g));
         let a2 = TAU * determinant(product).sqrt();
-        weight * (-PI * a2 * dot(&at, &at)).exp() * (TAU * dot(&wave, &at) + phase).cos()
+        // Along the tangents and the normal.
+        let sum = |t: f64, b: f64, n: f64| [0, 1, 2].map(|i| t * self.t[i] + b * self.b[i] + n * self.n[i]);
+        let exponent = -PI * (a * a * depth * depth + a2 * dot(&at, &at));
+        let dexponent = sum(-TAU * a2 * at[0], -TAU * a2 * at[1], -TAU * a * a * depth);
+        let phase = TAU * (dot(&plane, &at) + depth * across) + phase;
+        wave(weight, (exponent, dexponent), (phase, sum(TAU * plane[0], TAU * plane[1], TAU * across)))
     }
 }
 
@@ -138,7 +150,7 @@ impl Noise<'_> {
     }
 
     /// x is counted from the cell's corner, in cells.
-    fn cell(&self, corner: V3, x: V3, seed: u32) -> f64 {
+    fn cell(&self, corner: V3, x: V3, seed: u32) -> Sloped {
         let corner = match self.period {
             Some(p) => [wrap(corner[0], p[0]), wrap(corner[1], p[1]), wrap(corner[2], p[2])],
             None => corner,
@@ -152,7 +164,7 @@ impl Noise<'_> {
             count += 1;
             product *= random.next();
         }
-        let mut sum = 0.0;
+        let mut sum = (0.0, [0.0; 3]);
         for _ in 0..count {
             let [z, y, x0] = [random.next(), random.next(), random.next()].map(f64::from);
             let at = [x[0] - x0, x[1] - y, x[2] - z].map(|d| d * self.radius);
@@ -161,42 +173,78 @@ impl Noise<'_> {
             if dot(&at, &at) >= self.radius * self.radius {
                 continue;
             }
-            let plain = || (-PI * self.a * self.a * dot(&at, &at)).exp() * (TAU * dot(&omega, &at) + phase).cos();
+            let plain = || {
+                let k = -PI * self.a * self.a;
+                let gaussian = (k * dot(&at, &at), at.map(|x| 2.0 * k * x));
+                wave(1.0, gaussian, (TAU * dot(&omega, &at) + phase, omega.map(|w| TAU * w)))
+            };
             let filtered = self.footprint.as_ref().map(|f| f.kernel(self.a, omega, phase, at));
-            sum += filtered.filter(|v| v.is_finite()).unwrap_or_else(plain);
+            let (value, slope) = filtered.filter(|v| v.0.is_finite()).unwrap_or_else(plain);
+            sum.0 += value;
+            sum.1 = [0, 1, 2].map(|i| sum.1[i] + slope[i]);
         }
         sum
     }
 
-    fn value(&self, p: V3, seed: u32) -> f64 {
+    fn value(&self, p: V3, seed: u32) -> Sloped {
         let x = p.map(|c| c / self.radius);
         let corner = x.map(f64::floor);
-        let mut sum = 0.0;
+        let (mut sum, mut slope) = (0.0, [0.0; 3]);
         for k in 0..27 {
             let step = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1].map(f64::from);
             let at = |i: usize| corner[i] + step[i];
             let from = |i: usize| x[i] - corner[i] - step[i];
-            sum += self.cell([at(0), at(1), at(2)], [from(0), from(1), from(2)], seed);
+            let (value, d) = self.cell([at(0), at(1), at(2)], [from(0), from(1), from(2)], seed);
+            sum += value;
+            slope = [0, 1, 2].map(|i| slope[i] + d[i]);
         }
         let variance = 1.0 / (4.0 * 2.0_f64.sqrt() * self.a.powi(3));
-        sum * (self.radius.powi(3) / self.density).sqrt() / (6.0 * variance.sqrt())
+        let amplitude = (self.radius.powi(3) / self.density).sqrt() / (6.0 * variance.sqrt());
+        (sum * amplitude, slope.map(|d| d * amplitude))
     }
 }
 
-/// The noise at p.
-pub(super) fn gabor(p: V3, differences: [V3; 2], period: Option<V3>, options: &Options, ty: Ty) -> Const {
-    let octaves = options.bandwidth.clamp(0.01, 100.0).exp2();
-    let a = 2.0 * (octaves - 1.0) / (octaves + 1.0) * (PI / LN_2).sqrt();
-    let noise = Noise {
-        options,
-        period,
-        footprint: if options.filter { Footprint::new(differences[0], differences[1]) } else { None },
-        a,
-        radius: (-0.02_f64.ln() / PI).sqrt() / a,
-        density: options.impulses.clamp(1.0, 32.0) / (1.33333 * PI),
-    };
-    match ty {
-        Ty::Triple => Const::Triple([0, 1, 2].map(|seed| noise.value(p, seed))),
-        _ => Const::Float(noise.value(p, 0)),
+/// What a call tells.
+pub(super) struct Call {
+    pub p: V3,
+    pub differences: [V3; 2],
+    pub period: Option<V3>,
+    pub options: Options,
+}
+
+impl Call {
+    fn noise(&self) -> Noise<'_> {
+        let octaves = self.options.bandwidth.clamp(0.01, 100.0).exp2();
+        let a = 2.0 * (octaves - 1.0) / (octaves + 1.0) * (PI / LN_2).sqrt();
+        let [dx, dy] = self.differences;
+        Noise {
+            options: &self.options,
+            period: self.period,
+            footprint: if self.options.filter { Footprint::new(dx, dy) } else { None },
+            a,
+            radius: (-0.02_f64.ln() / PI).sqrt() / a,
+            density: self.options.impulses.clamp(1.0, 32.0) / (1.33333 * PI),
+        }
+    }
+
+    /// The noise.
+    pub(super) fn value(&self, ty: Ty) -> Const {
+        let noise = self.noise();
+        match ty {
+            Ty::Triple => Const::Triple([0, 1, 2].map(|seed| noise.value(self.p, seed).0)),
+            _ => Const::Float(noise.value(self.p, 0).0),
+        }
+    }
+
+    /// Row j holds the derivatives of the result's components by coordinate j of the point.
+    pub(super) fn slopes(&self, components: usize) -> [f64; 16] {
+        let noise = self.noise();
+        let mut out = [0.0; 16];
+        for component in 0..components {
+            for (j, d) in noise.value(self.p, component as u32).1.into_iter().enumerate() {
+                out[4 * j + component] = d;
+            }
+        }
+        out
     }
 }

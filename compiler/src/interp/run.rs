@@ -268,8 +268,8 @@ impl Run<'_> {
                 let args = self.args(args)?;
                 state::call(name, &args, self.globals)
                     .or_else(|| texture::call(name, value.ty, &args, self.globals.textures.as_ref()))
-                    // A name of nothing: what it asks for is zero.
-                    .or_else(|| if name == "unknown_name" { ops::zero(value.ty) } else { None })
+                    // Where a chain of comparisons with names ends, none of them is the one.
+                    .or_else(|| (name == "unknown_name").then_some(Const::Int(1)))
                     .or_else(|| call(name, value.ty, &args))
                     .ok_or_else(|| Error::Unknown { shader: shader.name.clone(), function: name.to_owned() })
             }

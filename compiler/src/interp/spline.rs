@@ -59,7 +59,7 @@ fn slope(basis: &Basis, step: usize, x: f64, knots: &[f64]) -> f64 {
     segments(knots.len(), step) as f64 * spline(&derived, step, x, knots)
 }
 
-/// By halving, in the first segment whose ends bracket y.
+/// In the first segment whose ends bracket y, until x or y is within 1e-6: false position, at last halving.
 fn inverse(basis: &Basis, step: usize, y: f64, knots: &[f64]) -> f64 {
     let n = knots.len();
     let (low, high) = if step == 1 { (1.min(n - 1), n.saturating_sub(2)) } else { (0, n - 1) };
@@ -70,27 +70,37 @@ fn inverse(basis: &Basis, step: usize, y: f64, knots: &[f64]) -> f64 {
     if sign * y >= sign * knots[high] {
         return 1.0;
     }
-    let error = |x: f64| spline(basis, step, x, knots) - y;
+    let curve = |x: f64| spline(basis, step, x, knots);
     let segments = segments(n, step);
-    let (mut start, mut e0, mut nearest) = (0.0, error(0.0), 0.0);
-    for s in 1..=segments {
-        let end = s as f64 / segments as f64;
-        let e1 = error(end);
-        if e0 * e1 <= 0.0 {
-            let (mut a, mut b) = (start, end);
-            for _ in 0..60 {
-                let middle = 0.5 * (a + b);
-                let e = error(middle);
-                if e == 0.0 {
-                    return middle;
-                }
-                if (e < 0.0) == (e0 < 0.0) { a = middle } else { b = middle }
-            }
-            return 0.5 * (a + b);
+    let mut nearest = 0.0;
+    for s in 0..segments {
+        let (mut a, mut b) = (s as f64 / segments as f64, (s + 1) as f64 / segments as f64);
+        let (mut va, mut vb) = (curve(a), curve(b));
+        let rising = va < vb;
+        let (least, most) = if rising { (va, vb) } else { (vb, va) };
+        if !(y >= least && y <= most) {
+            nearest = if (y < least) == rising { a } else { b };
+            continue;
         }
-        let first = if e0 < e1 { e0 > 0.0 } else { e0 < 0.0 };
-        nearest = if first { start } else { end };
-        (start, e0) = (end, e1);
+        if (va - vb).abs() < 1e-6 {
+            return a;
+        }
+        let mut x = a;
+        for i in 0..32 {
+            let t = (y - va) / (vb - va);
+            let t = if i < 24 && t > 0.0 && t < 1.0 { t } else { 0.5 };
+            x = a * (1.0 - t) + b * t;
+            let v = curve(x);
+            if (v < y) == rising {
+                (a, va) = (x, v);
+            } else {
+                (b, vb) = (x, v);
+            }
+            if (b - a).abs() < 1e-6 || (v - y).abs() < 1e-6 {
+                break;
+            }
+        }
+        return x;
     }
     nearest
 }
@@ -107,7 +117,13 @@ pub(super) fn call(name: &str, args: &[Const]) -> Option<Const> {
     };
     let (basis, step) = basis(kind)?;
     let x = float(args, 0)?;
-    let Some(Const::Array(knots)) = args.get(1) else { return None };
+    let (Some(Const::Array(knots)), count) = (match args.get(1) {
+        Some(Const::Int(n)) => (args.get(2), usize::try_from(*n).unwrap_or(0)),
+        array => (array, usize::MAX),
+    }) else {
+        return None;
+    };
+    let knots = knots.get(..count.clamp(1, knots.len().max(1)))?;
     let component = |k: usize| -> Option<Vec<f64>> {
         let part = |c: &Const| match c {
             Const::Float(v) if k == 0 => Some(*v),

@@ -9,10 +9,12 @@
 //! without body, `E2011` more knots than the array has.
 
 mod call;
+mod color_system;
 mod exit;
 mod expr;
 mod noise;
 mod place;
+mod spaces;
 mod special;
 mod stmt;
 mod texture;
@@ -23,16 +25,33 @@ use crate::diag::Diagnostic;
 use crate::ir::{self, Block, Const, Global, Inst, Local, LocalId, LocalKind, Stmt, Ty, ValueId};
 use crate::source::Span;
 use crate::types::{Base, Extent, Type};
+pub use color_system::ColorSystem;
 use place::{Place, Storage};
 use std::collections::HashMap;
 
 /// Most values of a shader: inlining multiplies code, and this bounds it.
 const MAX_VALUES: usize = 2_000_000;
 
-/// Lowers a checked shader.
+/// What a renderer settles before shaders are lowered.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// The names of the spaces that it knows beyond those of every renderer, in the order of `other_spaces` from its fourth
+    /// on (kernels/globals.h).
+    pub spaces: Vec<String>,
+    /// What linear RGB is.
+    pub color_system: ColorSystem,
+}
+
+/// Lowers a checked shader for a renderer with default settings.
 pub fn lower(checked: &Checked) -> Result<ir::Shader, Vec<Diagnostic>> {
+    lower_for(checked, &Settings::default())
+}
+
+/// Lowers a checked shader.
+pub fn lower_for(checked: &Checked, settings: &Settings) -> Result<ir::Shader, Vec<Diagnostic>> {
     let shader = &checked.shader;
     let mut lower = Lower {
+        settings,
         tree: shader,
         out: ir::Shader {
             name: shader.name.clone(),
@@ -74,6 +93,7 @@ struct Frame {
 
 /// Carries the state of a run.
 pub(crate) struct Lower<'a> {
+    settings: &'a Settings,
     tree: &'a typed::Shader,
     out: ir::Shader,
     env: HashMap<VarId, Storage>,

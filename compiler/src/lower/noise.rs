@@ -3,7 +3,7 @@
 //! In: typed calls of the noise functions. Out: IR. A kind that is no literal becomes a chain of comparisons, as other names
 //! (`special`). It must not know what the kinds compute.
 
-use super::special::arg_values;
+use super::special::{Unknown, arg_values};
 use super::{Lower, ir_type};
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
@@ -72,14 +72,21 @@ impl Lower<'_> {
         let kinds: &[(&str, &str)] = if name == "noise" { &KINDS } else { &PERIODIC_KINDS };
         let names: Vec<&str> = kinds.iter().map(|k| k.0).collect();
         let (ty, span) = (ir_type(e.ty.base), e.span);
-        self.by_name("noise kind", kind, &names, ty, false, |l, i| match kinds[i].1 {
-            "null" => l.zero_of(ty, span),
-            "unull" => {
-                let half = l.constant(Const::Float(0.5), span);
-                l.convert_value(half, ty, span)
+        let name_of_kind = self.name_of(kind);
+        self.by_given("noise kind", &name_of_kind, &names, ty, Unknown::Refused, |l, i| {
+            match i.map_or("", |i| kinds[i].1) {
+                "" => {
+                    l.report_error("Unknown noise type \"%s\"", &[name_of_kind.value], span);
+                    l.zero_of(ty, span)
+                }
+                "null" => l.zero_of(ty, span),
+                "unull" => {
+                    let half = l.constant(Const::Float(0.5), span);
+                    l.convert_value(half, ty, span)
+                }
+                "gabor" => l.gabor(name, &coordinates, options, ty, span),
+                other => l.internal(&format!("{name}_{other}"), arg_values(&coordinates), ty, span),
             }
-            "gabor" => l.gabor(name, &coordinates, options, ty, span),
-            other => l.internal(&format!("{name}_{other}"), arg_values(&coordinates), ty, span),
         })
     }
 

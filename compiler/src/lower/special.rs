@@ -4,6 +4,7 @@
 //! specialisation and folding cut down to one branch.
 
 use super::place::{Place, Storage, is_single};
+use super::spaces::Name;
 use super::{Lower, ir_type};
 use crate::builtins;
 use crate::check::typed::{Expr, ExprKind};
@@ -22,28 +23,20 @@ const SPLINES: [(&str, &str); 6] = [
     ("constant", "constant"),
 ];
 
-/// Most knots of which a number that is no literal may be taken.
-const MAX_COUNTED_KNOTS: u32 = 32;
-
-/// Spaces by name, with their number in `space_matrix`.
-const SPACES: [(&str, i32); 5] = [("common", 0), ("world", 0), ("object", 1), ("shader", 2), ("camera", 3)];
-
 /// Ray types by name, with their bit in `ShaderGlobals.raytype` (kernels/globals.h).
 const RAY_TYPES: [(&str, i32); 6] =
     [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
 
-/// Colour spaces by name: row to linear RGB and from it; `None`: is linear RGB.
-const COLOR_SPACES: [(&str, Option<(&str, &str)>); 9] = [
-    ("rgb", None),
-    ("RGB", None),
-    ("linear", None),
-    ("hsv", Some(("hsv_to_rgb", "rgb_to_hsv"))),
-    ("hsl", Some(("hsl_to_rgb", "rgb_to_hsl"))),
-    ("YIQ", Some(("yiq_to_rgb", "rgb_to_yiq"))),
-    ("XYZ", Some(("xyz_to_rgb", "rgb_to_xyz"))),
-    ("xyY", Some(("xyy_to_rgb", "rgb_to_xyy"))),
-    ("sRGB", Some(("srgb_to_rgb", "rgb_to_srgb"))),
-];
+/// What becomes of a name that is none of those known.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Unknown {
+    /// What `make` makes of it: nothing is said.
+    Silent,
+    /// An error where it is certain; when only running the shader tells, what `make` makes of it.
+    Refused,
+    /// The same as this name: a warning where it is certain.
+    Taken(&'static str),
+}
 
 impl Lower<'_> {
     pub(super) fn special(&mut self, name: &str, formals: &[Type], args: &[Expr], e: &Expr) -> Option<Place> {
@@ -63,6 +56,8 @@ impl Lower<'_> {
             "aastep" => self.aastep(args, span),
             "transform" => self.transform(formals, args, e),
             "transformc" => self.transformc(args, span),
+            "luminance" => self.luminance(args, span),
+            "blackbody" | "wavelength_color" => self.spectrum(name, args, span),
             "getmatrix" => return self.getmatrix(args, e),
             "noise" | "pnoise" => self.named_noise(name, args, e),
             "snoise" => self.noise_of("noise_perlin", args, e),
@@ -79,10 +74,13 @@ impl Lower<'_> {
             "spline" | "splineinverse" => self.spline(name, args, e)?,
             "texture" | "texture3d" | "environment" => self.texture(name, args, e)?,
             "gettextureinfo" => return self.textureinfo(args, e),
-            "raytype" => self.by_name("ray type", &args[0], &RAY_TYPES.map(|r| r.0), Ty::Int, true, |l, i| {
-                let bit = l.int(RAY_TYPES[i].1, span);
-                l.internal("raytype_bit", vec![Arg::Value(bit)], Ty::Int, span)
-            }),
+            "raytype" => {
+                let names = RAY_TYPES.map(|r| r.0);
+                self.by_name("ray type", &args[0], &names, Ty::Int, Unknown::Silent, |l, i| match i {
+                    Some(i) => l.ray_bit(i, span),
+                    None => l.int(0, span),
+                })
+            }
             "iscameraray" => self.ray_bit(0, span),
             "isdiffuseray" => self.ray_bit(2, span),
             "isglossyray" => self.ray_bit(3, span),
@@ -182,6 +180,17 @@ impl Lower<'_> {
         }
     }
 
+    /// A statement that tells the host of an error of the shader's, in the reference implementation's words: `%s` stands for
+    /// the names in order.
+    pub(super) fn report_error(&mut self, format: &str, names: &[ValueId], span: Span) {
+        let [owner, format] = ["", format].map(|t| self.constant(Const::Str(t.to_owned()), span));
+        let mut args = vec![self.int(code::ERROR, span), owner, format];
+        args.extend(names);
+        if let Some(func) = builtins::find("print") {
+            self.push(Stmt::Call { func, args: arg_values(&args), outputs: Vec::new(), result: None, span });
+        }
+    }
+
     fn values(&mut self, args: &[Expr]) -> Vec<ValueId> {
         args.iter().map(|a| self.expr(a)).collect()
     }
@@ -202,40 +211,64 @@ impl Lower<'_> {
         self.internal("raytype_bit", vec![Arg::Value(bit)], Ty::Int, span)
     }
 
-    /// Chooses by a string: at once for a literal, else by comparisons in order. `what` names the kind of name. Unknown
-    /// names give zero (`or_zero`), or are an error: at once for literals, else of the pass `review`.
+    /// As [`Lower::by_given`] for a name as it is written.
     pub(super) fn by_name(
         &mut self,
         what: &str,
         name: &Expr,
         choices: &[&str],
         ty: Ty,
-        or_zero: bool,
-        mut make: impl FnMut(&mut Self, usize) -> ValueId,
+        unknown: Unknown,
+        make: impl FnMut(&mut Self, Option<usize>) -> ValueId,
     ) -> ValueId {
-        if let ExprKind::Str(text) = &name.kind {
-            if let Some(i) = choices.iter().position(|c| c == text) {
-                return make(self, i);
-            }
-            if !or_zero {
-                self.error(crate::suggest::unknown_name(what, text, choices, name.span));
-            }
-            return self.zero_of(ty, name.span);
-        }
+        let name = self.name_of(name);
+        self.by_given(what, &name, choices, ty, unknown, make)
+    }
+
+    /// Chooses by a string: at once for a literal, else by comparisons in order. `what` names the kind of name; `make` gets
+    /// the index of the choice, `None` for a name that is none of them, which `unknown` deals with.
+    pub(super) fn by_given(
+        &mut self,
+        what: &str,
+        name: &Name,
+        choices: &[&str],
+        ty: Ty,
+        unknown: Unknown,
+        mut make: impl FnMut(&mut Self, Option<usize>) -> ValueId,
+    ) -> ValueId {
         let span = name.span;
-        let given = self.expr(name);
+        if let Some(text) = &name.literal {
+            let choice = choices.iter().position(|c| c == text);
+            if choice.is_none() && unknown == Unknown::Refused {
+                self.error(crate::suggest::unknown_name(what, text, choices, span));
+            }
+            // The pass `review` warns of what is taken as something else.
+            if choice.is_some() || !matches!(unknown, Unknown::Taken(_)) {
+                return make(self, choice);
+            }
+        }
+        let given = name.value;
         let result = self.temp(ty);
-        let mut choose = |l: &mut Self, choice: Option<usize>| {
-            if let Some(i) = choice {
-                return make(l, i);
+        self.compare_names(given, choices, 0, result, span, &mut |l, choice| {
+            let taken = match unknown {
+                Unknown::Silent => None,
+                Unknown::Refused => Some(""),
+                Unknown::Taken(as_what) => Some(as_what),
+            };
+            if let (None, Some(taken)) = (choice, taken) {
+                // The pass `review` looks whether this can be reached.
+                let texts = [what.to_owned(), choices.join(","), taken.to_owned()];
+                let [what, list, taken] = texts.map(|t| l.constant(Const::Str(t), span));
+                let reached = l.internal("unknown_name", arg_values(&[what, list, given, taken]), Ty::Int, span);
+                let then = l.in_block(|l| {
+                    let value = make(l, None);
+                    l.push(Stmt::Store(result, value));
+                });
+                return l.push(Stmt::If(reached, then, crate::ir::Block::default()));
             }
-            if or_zero {
-                return l.zero_of(ty, span);
-            }
-            let texts = [what.to_owned(), choices.join(",")].map(|t| l.constant(Const::Str(t), span));
-            l.internal("unknown_name", arg_values(&[texts[0], texts[1], given]), ty, span)
-        };
-        self.compare_names(given, choices, 0, result, span, &mut choose);
+            let value = make(l, choice);
+            l.push(Stmt::Store(result, value));
+        });
         self.value(Inst::Load(result), ty, span)
     }
 
@@ -246,18 +279,12 @@ impl Lower<'_> {
         i: usize,
         result: crate::ir::LocalId,
         span: Span,
-        choose: &mut dyn FnMut(&mut Self, Option<usize>) -> ValueId,
+        choose: &mut dyn FnMut(&mut Self, Option<usize>),
     ) {
-        let Some(choice) = choices.get(i) else {
-            let value = choose(self, None);
-            return self.push(Stmt::Store(result, value));
-        };
+        let Some(choice) = choices.get(i) else { return choose(self, None) };
         let text = self.constant(Const::Str((*choice).to_string()), span);
         let same = self.value(Inst::Binary(BinaryOp::Eq, given, text), Ty::Int, span);
-        let then = self.in_block(|l| {
-            let value = choose(l, Some(i));
-            l.push(Stmt::Store(result, value));
-        });
+        let then = self.in_block(|l| choose(l, Some(i)));
         let rest = self.in_block(|l| l.compare_names(given, choices, i + 1, result, span, choose));
         self.push(Stmt::If(same, then, rest));
     }
@@ -331,118 +358,25 @@ impl Lower<'_> {
         self.value(Inst::Select(cond, b, a), ty, span)
     }
 
-    /// The matrix from a space to common (`to_common`) or back.
-    fn space(&mut self, name: &Expr, to_common: bool) -> ValueId {
-        let span = name.span;
-        self.by_name("space", name, &SPACES.map(|s| s.0), Ty::Matrix, false, |l, i| {
-            let number = SPACES[i].1;
-            if number == 0 {
-                let one = l.constant(Const::Float(1.0), span);
-                return l.value(Inst::Convert(one), Ty::Matrix, span);
-            }
-            let number = l.int(number, span);
-            let row = if to_common { "space_matrix" } else { "space_matrix_inverse" };
-            l.internal(row, vec![Arg::Value(number)], Ty::Matrix, span)
-        })
-    }
-
-    /// Whether a space is certainly the common one, so that nothing needs to be done.
-    fn is_common(e: &Expr) -> bool {
-        matches!(&e.kind, ExprKind::Str(s) if SPACES.iter().any(|(n, i)| n == s && *i == 0))
-    }
-
-    fn transform(&mut self, formals: &[Type], args: &[Expr], e: &Expr) -> ValueId {
-        let span = e.span;
-        let Some((subject, spaces)) = args.split_last() else { return self.int(0, span) };
-        let mut value = self.expr(subject);
-        let row = match e.ty.base {
-            Base::Point => "transform_point",
-            Base::Normal => "transform_normal",
-            _ => "transform_vector",
-        };
-        let mut steps = Vec::new();
-        if formals.first().is_some_and(|f| f.base == Base::Matrix) {
-            steps.push(self.expr(&spaces[0]));
-        } else {
-            let (from, to) = match spaces {
-                [from, to] => (Some(from), to),
-                [to, ..] => (None, to),
-                [] => return value,
-            };
-            if let Some(from) = from.filter(|f| !Self::is_common(f)) {
-                steps.push(self.space(from, true));
-            }
-            if !Self::is_common(to) {
-                steps.push(self.space(to, false));
-            }
-        }
-        for matrix in steps {
-            value = self.internal(row, arg_values(&[matrix, value]), Ty::Triple, span);
-        }
-        value
-    }
-
-    fn getmatrix(&mut self, args: &[Expr], e: &Expr) -> Option<Place> {
-        let span = e.span;
-        let (target, spaces) = args.split_last()?;
-        let mut matrix = self.space(spaces.first()?, true);
-        if let Some(to) = spaces.get(1) {
-            let back = self.space(to, false);
-            matrix = self.value(Inst::Binary(BinaryOp::Mul, matrix, back), Ty::Matrix, span);
-        }
-        let place = self.place(target);
-        self.store(&place, matrix, span);
-        // Unknown names were refused already.
-        let known = self.int(1, span);
-        Some(Place::Value(known))
-    }
-
-    fn color_step(&mut self, value: ValueId, space: &Expr, to_rgb: bool) -> ValueId {
-        let span = space.span;
-        self.by_name("colour space", space, &COLOR_SPACES.map(|s| s.0), Ty::Triple, false, |l, i| {
-            match COLOR_SPACES[i].1 {
-                None => value,
-                Some((to, from)) => {
-                    l.internal(if to_rgb { to } else { from }, vec![Arg::Value(value)], Ty::Triple, span)
-                }
-            }
-        })
-    }
-
-    fn transformc(&mut self, args: &[Expr], span: Span) -> ValueId {
-        let Some((subject, spaces)) = args.split_last() else { return self.int(0, span) };
-        let mut value = self.expr(subject);
-        let (from, to) = match spaces {
-            [from, to] => (Some(from), to),
-            [to, ..] => (None, to),
-            [] => return value,
-        };
-        if let Some(from) = from {
-            value = self.color_step(value, from, true);
-        }
-        self.color_step(value, to, false)
-    }
-
-    /// `spline(basis, x, knots[])`, `(basis, x, n, knots[])` or `(basis, x, y0, y1, ...)`.
+    /// `spline(basis, x, knots[])`, `(basis, x, n, knots[])` or `(basis, x, y0, y1, ...)`. A basis that is not known is
+    /// linear, as in the reference implementation.
     fn spline(&mut self, name: &str, args: &[Expr], e: &Expr) -> Option<ValueId> {
-        let span = e.span;
-        let ty = ir_type(e.ty.base);
+        let (ty, span) = (ir_type(e.ty.base), e.span);
         let [basis, x, rest @ ..] = args else { return None };
-        let position = self.expr(x);
-        let knots = match rest {
-            [array] if array.ty.is_array() => self.array(array)?,
+        let mut call = vec![Arg::Value(self.expr(x))];
+        match rest {
+            [array] if array.ty.is_array() => call.push(Arg::Array(self.array(array)?)),
             [count, array] if array.ty.is_array() => {
                 let whole = self.array(array)?;
                 let len = self.out.locals[whole.0 as usize].len.unwrap_or(1);
-                let ExprKind::Int(n) = count.kind else {
-                    return self.spline_of_some(name, basis, position, count, whole, e);
-                };
-                if n < 1 || n as u32 > len && !self.is_open(whole) {
+                if let ExprKind::Int(n) = count.kind
+                    && (n < 1 || n as u32 > len && !self.is_open(whole))
+                {
                     let message = format!("{n} knots are asked for, but the array has {len}");
                     self.error(Diagnostic::error("E2011", count.span, message));
                     return None;
                 }
-                self.first_knots(whole, n as u32)
+                call.extend([Arg::Value(self.expr(count)), Arg::Array(whole)]);
             }
             values => {
                 let values: Vec<ValueId> = values
@@ -452,106 +386,15 @@ impl Lower<'_> {
                         self.convert_value(value, ty, v.span)
                     })
                     .collect();
-                self.array_of(&values, ty, span)
-            }
-        };
-        Some(self.spline_call(name, basis, position, knots, e))
-    }
-
-    fn first_knots(&mut self, whole: LocalId, n: u32) -> LocalId {
-        let ty = self.out.locals[whole.0 as usize].ty;
-        let part = self.local("knots", ty, Some(n), crate::ir::LocalKind::Variable);
-        self.push(Stmt::CopyArray(part, whole));
-        part
-    }
-
-    /// A spline of as many knots as only folding or the device tells, clamped to what there is: a call for each number.
-    fn spline_of_some(
-        &mut self,
-        name: &str,
-        basis: &Expr,
-        position: ValueId,
-        count: &Expr,
-        whole: LocalId,
-        e: &Expr,
-    ) -> Option<ValueId> {
-        let len = self.out.locals[whole.0 as usize].len.unwrap_or(1);
-        if len > MAX_COUNTED_KNOTS {
-            let what = format!("a knot count that is no literal, for more than {MAX_COUNTED_KNOTS} knots,");
-            self.error(Diagnostic::not_yet("E3005", count.span, what));
-            return None;
-        }
-        let ty = ir_type(e.ty.base);
-        let n = self.expr(count);
-        let result = self.temp(ty);
-        let value = self.spline_call(name, basis, position, whole, e);
-        self.push(Stmt::Store(result, value));
-        for k in (1..len).rev() {
-            let limit = self.int(k as i32, count.span);
-            let fewer = self.value(Inst::Binary(BinaryOp::Le, n, limit), Ty::Int, count.span);
-            let then = self.in_block(|l| {
-                let part = l.first_knots(whole, k);
-                let value = l.spline_call(name, basis, position, part, e);
-                l.push(Stmt::Store(result, value));
-            });
-            self.push(Stmt::If(fewer, then, crate::ir::Block::default()));
-        }
-        Some(self.value(Inst::Load(result), ty, e.span))
-    }
-
-    fn spline_call(&mut self, name: &str, basis: &Expr, position: ValueId, knots: LocalId, e: &Expr) -> ValueId {
-        let (ty, span) = (ir_type(e.ty.base), e.span);
-        let call = [Arg::Value(position), Arg::Array(knots)];
-        self.by_name("spline basis", basis, &SPLINES.map(|s| s.0), ty, false, |l, i| {
-            l.internal(&format!("{name}_{}", SPLINES[i].1), call.to_vec(), ty, span)
-        })
-    }
-
-    /// `color(...)`, `point(space, ...)`, `matrix(...)` of more than one argument.
-    pub(super) fn construct(&mut self, args: &[Expr], e: &Expr) -> ValueId {
-        let span = e.span;
-        let strings = args.iter().take_while(|a| a.ty == Type::STRING).count();
-        let numbers = self.values(&args[strings..]);
-        if e.ty.base == Base::Matrix {
-            let mut matrix = match numbers.len() {
-                16 => {
-                    // The length was just checked.
-                    let mut parts = [numbers[0]; 16];
-                    parts.copy_from_slice(&numbers);
-                    self.value(Inst::Matrix(Box::new(parts)), Ty::Matrix, span)
-                }
-                1 => self.convert_value(numbers[0], Ty::Matrix, span),
-                _ => self.space(&args[0], true),
-            };
-            if strings == 2 {
-                let back = self.space(&args[1], false);
-                matrix = self.value(Inst::Binary(BinaryOp::Mul, matrix, back), Ty::Matrix, span);
-            } else if strings == 1 && !Self::is_common(&args[0]) {
-                // Given in a space, the matrix maps to common: first the space's own way there.
-                let from = self.space(&args[0], true);
-                matrix = self.value(Inst::Binary(BinaryOp::Mul, from, matrix), Ty::Matrix, span);
-            }
-            return matrix;
-        }
-        let triple = match numbers.as_slice() {
-            [x, y, z] => self.value(Inst::Triple([*x, *y, *z]), Ty::Triple, span),
-            [x, ..] => self.convert_value(*x, Ty::Triple, span),
-            [] => self.zero(e.ty, span),
-        };
-        let Some(space) = args.first().filter(|_| strings > 0) else { return triple };
-        match e.ty.base {
-            Base::Color => self.color_step(triple, space, true),
-            _ if Self::is_common(space) => triple,
-            base => {
-                let row = match base {
-                    Base::Point => "transform_point",
-                    Base::Normal => "transform_normal",
-                    _ => "transform_vector",
-                };
-                let matrix = self.space(space, true);
-                self.internal(row, arg_values(&[matrix, triple]), Ty::Triple, span)
+                call.push(Arg::Array(self.array_of(&values, ty, span)));
             }
         }
+        let names = SPLINES.map(|s| s.0);
+        let unknown = Unknown::Taken("linear");
+        Some(self.by_name("spline basis", basis, &names, ty, unknown, |l, i| {
+            let kind = i.map_or("linear", |i| SPLINES[i].1);
+            l.internal(&format!("{name}_{kind}"), call.clone(), ty, span)
+        }))
     }
 }
 

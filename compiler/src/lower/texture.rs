@@ -6,7 +6,7 @@
 //! `errormessage` is `texture_error`.
 
 use super::place::Place;
-use super::special::arg_values;
+use super::special::{Unknown, arg_values};
 use super::{Lower, ir_type};
 use crate::builtins::{self, Lowering};
 use crate::check::typed::{Expr, ExprKind};
@@ -245,7 +245,7 @@ impl<'a> Lower<'a> {
     /// The place of a name among those known; unknown ones are the first, the default, as in the reference.
     fn code_of(&mut self, what: &str, name: &Expr, known: &[&str]) -> ValueId {
         let span = name.span;
-        self.by_name(what, name, known, Ty::Int, true, |l, i| l.int(i as i32, span))
+        self.by_name(what, name, known, Ty::Int, Unknown::Silent, |l, i| l.int(i.unwrap_or(0) as i32, span))
     }
 
     fn can_be_written(&self, e: &Expr) -> bool {

@@ -8,7 +8,6 @@ use super::Target;
 use super::strings::Strings;
 use crate::builtins::{self, Lowering};
 use crate::diag::Diagnostic;
-use crate::interp::ops;
 use crate::ir::{Arg, BinaryOp, Const, Inst, Shader, SlotArg, Stmt, Ty, Value, ValueId};
 use crate::suggest;
 use std::collections::BTreeSet;
@@ -75,19 +74,25 @@ pub(super) fn review(shader: &mut Shader, target: Target) -> Result<(Vec<Diagnos
                 settled.push((id, Const::Int(0)));
             }
             Inst::Call(func, args) => match builtins::row(*func).name {
-                "unknown_name" => match unknown_name(shader, &strings, args, id) {
-                    Some(_) if target == Target::Host => {}
-                    Some(d) => add(&mut errors, d),
-                    None => settled.extend(ops::zero(value.ty).map(|zero| (id, zero))),
-                },
+                "unknown_name" => {
+                    let (reached, said) = unknown_name(shader, &strings, args, id);
+                    match said {
+                        // The host says it when it gets there.
+                        Some(_) if target == Target::Host => {}
+                        Some(d) => add(if d.is_error() { &mut errors } else { &mut warnings }, d),
+                        None => {}
+                    }
+                    settled.push((id, Const::Int(reached.into())));
+                }
                 name if is_host(*func) && target == Target::Device => {
                     let what = format!("`{name}` of what is not known at compile time");
                     add(&mut errors, Diagnostic::not_yet("E3001", value.span, what));
                 }
                 name => {
                     if let Some((_, basis)) = name.split_once('_').filter(|(f, _)| f.starts_with("spline"))
-                        && let [_, Arg::Array(knots)] = args.as_slice()
-                        && let Some(message) = knots_message(basis, shader.locals[knots.0 as usize].len.unwrap_or(0))
+                        && let Some(Arg::Array(knots)) = args.last()
+                        && let Some(count) = knots_count(shader, args, shader.locals[knots.0 as usize].len.unwrap_or(0))
+                        && let Some(message) = knots_message(basis, count)
                     {
                         add(&mut warnings, Diagnostic::warning("W2003", value.span, message));
                     }
@@ -125,8 +130,9 @@ pub(super) fn review(shader: &mut Shader, target: Target) -> Result<(Vec<Diagnos
     Ok((warnings, changed))
 }
 
-/// What is wrong with the name that a chain of comparisons did not find; `None` when it always finds one.
-fn unknown_name(shader: &Shader, strings: &Strings, args: &[Arg], id: ValueId) -> Option<Diagnostic> {
+/// Whether a chain of comparisons may come to its end, and what is to be said about it: nothing where only running the
+/// shader tells.
+fn unknown_name(shader: &Shader, strings: &Strings, args: &[Arg], id: ValueId) -> (bool, Option<Diagnostic>) {
     let constant = |arg: Option<&Arg>| match arg {
         Some(Arg::Value(v)) => match &shader.values[v.0 as usize].inst {
             Inst::Const(Const::Str(s)) => s.clone(),
@@ -134,19 +140,28 @@ fn unknown_name(shader: &Shader, strings: &Strings, args: &[Arg], id: ValueId) -
         },
         _ => String::new(),
     };
-    let (what, list) = (constant(args.first()), constant(args.get(1)));
+    let (what, list, taken) = (constant(args.first()), constant(args.get(1)), constant(args.get(3)));
     let known: Vec<&str> = list.split(',').collect();
     let span = shader.values[id.0 as usize].span;
-    let Some(Arg::Value(given)) = args.get(2) else { return None };
-    match strings.trace(shader, vec![*given], Vec::new()) {
-        Some(names) => {
-            let unknown = names.iter().find(|n| !known.contains(&n.as_str()))?;
-            Some(suggest::unknown_name(&what, unknown, &known, span))
+    let Some(Arg::Value(given)) = args.get(2) else { return (true, None) };
+    let Some(names) = strings.trace(shader, vec![*given], Vec::new()) else { return (true, None) };
+    match names.iter().find(|n| !known.contains(&n.as_str())) {
+        None => (false, None),
+        Some(unknown) if taken.is_empty() => (true, Some(suggest::unknown_name(&what, unknown, &known, span))),
+        Some(unknown) => {
+            let message = format!("the {what} \"{unknown}\" is not known and is taken as \"{taken}\"");
+            let help = suggest::known_names(unknown, &known);
+            (true, Some(Diagnostic::warning("W3001", span, message).help(help)))
         }
-        None => Some(
-            Diagnostic::not_yet("E3003", span, format!("a {what} that is not known at compile time"))
-                .help("choose among constants, by parameters or conditions"),
-        ),
+    }
+}
+
+/// How many knots a spline takes of an array of `len`; `None`: only running it tells.
+fn knots_count(shader: &Shader, args: &[Arg], len: u32) -> Option<u32> {
+    let [_, Arg::Value(count), _] = args else { return Some(len) };
+    match shader.values[count.0 as usize].inst {
+        Inst::Const(Const::Int(n)) => Some(u32::try_from(n).unwrap_or(0).clamp(1, len.max(1))),
+        _ => None,
     }
 }
 

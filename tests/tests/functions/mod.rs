@@ -153,6 +153,11 @@ fn splines() -> Vec<(String, String)> {
         inverse.line("float", &format!("floor(500 * splineinverse(\"{basis}\", v, k) + 0.5) / 500"));
         inverse.line("float", &format!("floor(500 * splineinverse(\"{basis}\", v, m) + 0.5) / 500"));
     }
+    // Counts and bases that only the device knows.
+    curve.body.push_str("    string basis = u > 0 ? \"bspline\" : \"linear\";\n    int n = (int)(10 * u);\n");
+    curve.line("float", "spline(basis, v, n, k)");
+    curve.line("color", "spline(basis, v, n, c)");
+    inverse.line("float", "floor(500 * splineinverse(\"linear\", v, (int)(7 * u), k) + 0.5) / 500");
     vec![curve.finish(), inverse.finish()]
 }
 
@@ -191,7 +196,9 @@ pub fn sources(componentwise: bool) -> Vec<(String, String)> {
         match row.lowering {
             Lowering::Componentwise | Lowering::Direct | Lowering::State => out.push(plain(row.name, &overloads)),
             Lowering::Special => match row.name {
-                "mix" | "select" | "faceforward" | "hash" => out.push(plain(row.name, &overloads)),
+                "mix" | "select" | "faceforward" | "hash" | "luminance" | "blackbody" | "wavelength_color" => {
+                    out.push(plain(row.name, &overloads))
+                }
                 name if name.ends_with("noise") => out.extend(noise(name, sig::overloads(id))),
                 // Spelt out below; the others (rays, array lengths) are in the corpus.
                 _ => {}

@@ -19,6 +19,7 @@ pub(super) fn of_function(name: &str) -> &'static str {
             "simplex" | "usimplex" => "osl/noise_simplex.h",
             "cell" => "osl/noise_cell.h",
             "gabor" => "osl/noise_gabor.h",
+            "gabor_slopes" | "gabor_slopes_triple" => "osl/noise_gabor_slopes.h",
             _ => "osl/noise_hash.h",
         };
     }
@@ -39,8 +40,22 @@ pub(super) fn of_function(name: &str) -> &'static str {
         "dot" | "cross" | "length" | "normalize" | "distance" | "faceforward_ref" | "reflect" | "refract"
         | "fresnel" | "rotate" => "osl/geometric.h",
         "transform_point" | "transform_vector" | "transform_normal" | "determinant" | "transpose" => "osl/matrix.h",
-        "luminance" | "blackbody" | "wavelength_color" | "hsv_to_rgb" | "rgb_to_hsv" | "hsl_to_rgb" | "rgb_to_hsl"
-        | "yiq_to_rgb" | "rgb_to_yiq" | "xyz_to_rgb" | "rgb_to_xyz" | "xyy_to_rgb" | "rgb_to_xyy" | "srgb_to_rgb"
+        "luminance_rec709"
+        | "blackbody_rec709"
+        | "blackbody_in"
+        | "wavelength_color_rec709"
+        | "wavelength_color_in"
+        | "hsv_to_rgb"
+        | "rgb_to_hsv"
+        | "hsl_to_rgb"
+        | "rgb_to_hsl"
+        | "yiq_to_rgb"
+        | "rgb_to_yiq"
+        | "xyz_to_rgb"
+        | "rgb_to_xyz"
+        | "xyy_to_rgb"
+        | "rgb_to_xyy"
+        | "srgb_to_rgb"
         | "rgb_to_srgb" => "osl/color.h",
         "step" | "linearstep" | "smoothstep" | "smooth_linearstep" => "osl/pattern.h",
         "hash_value" => "osl/hash.h",

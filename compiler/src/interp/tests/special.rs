@@ -84,7 +84,9 @@ fn decided(name: &str, args: &[f64], theirs: f64) -> Option<fn(f64) -> bool> {
     let anything: fn(f64) -> bool = |_| true;
     match name {
         // Saturation at FLT_MAX and 0 instead of 2^126 and 2^-126.
-        "sinh" | "cosh" | "exp" | "exp2" | "expm1" | "pow" if theirs.abs() > 4e37 && !nan => {
+        "sinh" | "cosh" | "exp" | "exp2" | "expm1" | "pow"
+            if theirs.abs() > 4e37 && !nan && args.get(1) != Some(&1.0) =>
+        {
             Some(|ours| ours.abs() == FLT_MAX)
         }
         "exp" | "exp2" | "pow" if theirs.abs() == 1.17549435e-38 && !nan => {
@@ -97,7 +99,6 @@ fn decided(name: &str, args: &[f64], theirs: f64) -> Option<fn(f64) -> bool> {
         "sin" | "cos" | "tan" if x.abs() > 1e5 => Some(f64::is_finite),
         // NaN in, NaN out.
         "asin" | "acos" | "cosh" | "tanh" | "exp" | "exp2" | "expm1" | "atan2" if nan => Some(f64::is_nan),
-        "logb" if nan => Some(|ours| ours == -126.0),
         "cbrt" if !finite => Some(|ours| !ours.is_finite()),
         // Sums of squares and products beyond float's range: f64 holds them.
         "hypot" | "degrees" if finite && theirs.is_infinite() => Some(f64::is_finite),
@@ -264,16 +265,16 @@ fn colours() {
         same(&line, &ours, &theirs);
     }
     let (line, theirs) = after("luminance ");
-    same(&line, &numbers(&evaluate("luminance", Ty::Float, &[c])), &theirs);
+    same(&line, &numbers(&evaluate("luminance_rec709", Ty::Float, &[c])), &theirs);
     let spectral = |name: &str, at: &[f64]| -> Vec<f64> {
         at.iter().flat_map(|x| numbers(&evaluate(name, Ty::Triple, &[Const::Float(*x)]))).collect()
     };
     let (line, theirs) = after("wavelength ");
-    same(&line, &spectral("wavelength_color", &[400.0, 580.0]), &theirs);
-    // The reference interpolates a table below 12,000 K; a red of 800 K is small beside its error.
+    same(&line, &spectral("wavelength_color_rec709", &[400.0, 580.0]), &theirs);
     let (line, theirs) = after("blackbody ");
-    for (ours, theirs) in spectral("blackbody", &[800.0, 3000.0, 20000.0]).iter().zip(theirs) {
-        assert!((ours - theirs).abs() <= 2e-3 * theirs + 1e-4, "{line}: ours {ours}, theirs {theirs}");
+    let ours = spectral("blackbody_rec709", &[800.0, 3000.0, 20000.0]);
+    for (ours, theirs) in ours.iter().zip(theirs) {
+        assert!((ours - theirs).abs() <= 2e-5 * theirs + 1e-6, "{line}: ours {ours}, theirs {theirs}");
     }
 }
 

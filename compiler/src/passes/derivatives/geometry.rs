@@ -72,7 +72,7 @@ impl Rewriter {
             ("rotate", [p, angle, a, b]) => self.rotate(*p, *angle, *a, *b),
             ("transform_point", [m, p]) => self.transform_point(m.v, v, *p),
             ("transform_vector" | "transform_normal", [m, a]) => self.each(name, Ty::Triple, m.v, a.d),
-            ("luminance", [c]) => c.d.map(|d| d.map(|d| self.plain(name, &[d], Ty::Float))),
+            ("luminance_rec709", [c]) => c.d.map(|d| d.map(|d| self.plain(name, &[d], Ty::Float))),
             // Linear.
             ("yiq_to_rgb" | "rgb_to_yiq" | "xyz_to_rgb" | "rgb_to_xyz", [c]) => {
                 c.d.map(|d| d.map(|d| self.plain(name, &[d], Ty::Triple)))

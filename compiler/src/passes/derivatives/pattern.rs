@@ -7,6 +7,13 @@ use super::Rewriter;
 use super::dual::{Dual, Slope};
 use crate::ir::{Arg, BinaryOp, Inst, LocalId, Ty, ValueId};
 
+/// A spline's knots: the first so many of an array, or all.
+#[derive(Clone, Copy)]
+struct Knots {
+    count: Option<ValueId>,
+    array: LocalId,
+}
+
 impl Rewriter {
     /// (x - low) / (high - low).
     fn position(&mut self, low: Dual, high: Dual, x: Dual) -> Dual {
@@ -61,7 +68,8 @@ impl Rewriter {
 
     /// A spline: by its position through the slope's row, by its knots through itself, since it is linear in them. An inverse:
     /// the reciprocal of the curve's slope; knots count as constant there, as in the reference implementation.
-    pub(super) fn spline(&mut self, name: &str, v: ValueId, x: Dual, knots: LocalId) -> Slope {
+    pub(super) fn spline(&mut self, name: &str, v: ValueId, x: Dual, count: Option<ValueId>, knots: LocalId) -> Slope {
+        let knots = Knots { count, array: knots };
         let ty = self.ty(v);
         if let Some(basis) = name.strip_prefix("splineinverse_") {
             let slope = self.of_array(&format!("spline_{basis}_slope"), v, knots, ty);
@@ -86,14 +94,17 @@ impl Rewriter {
                 self.scale(slope, x.d)
             }
         };
-        let pair = self.companions.get(&knots).copied();
-        let by_knots = pair.map(|pair| pair.map(|knots| self.of_array(name, x.v, knots, ty)));
+        let pair = self.companions.get(&knots.array).copied();
+        let by_knots = pair.map(|pair| pair.map(|array| self.of_array(name, x.v, Knots { array, ..knots }, ty)));
         self.add_slopes(by_x, by_knots)
     }
 
-    fn of_array(&mut self, name: &str, x: ValueId, array: LocalId, ty: Ty) -> ValueId {
+    fn of_array(&mut self, name: &str, x: ValueId, knots: Knots, ty: Ty) -> ValueId {
         let Some(func) = crate::builtins::find(name) else { return self.constant(0.0, ty).v };
-        self.value(Inst::Call(func, vec![Arg::Value(x), Arg::Array(array)]), ty)
+        let mut args = vec![Arg::Value(x)];
+        args.extend(knots.count.map(Arg::Value));
+        args.push(Arg::Array(knots.array));
+        self.value(Inst::Call(func, args), ty)
     }
 
     /// Gradient noise of coordinates; behind them come periods, which count as constant. The slopes' row gives a matrix: row j
@@ -101,7 +112,12 @@ impl Rewriter {
     pub(super) fn noise(&mut self, name: &str, v: ValueId, args: &[Dual]) -> Slope {
         let ty = self.ty(v);
         let (prefix, kind) = name.split_once('_')?;
-        let coordinates = if prefix == "pnoise" { &args[..args.len() / 2] } else { args };
+        let coordinates = match prefix {
+            // Of its point alone: its filter and options count as constant.
+            _ if kind == "gabor" => &args[..1],
+            "pnoise" => &args[..args.len() / 2],
+            _ => args,
+        };
         let signed = kind.trim_start_matches('u');
         let several = if ty == Ty::Triple { "_triple" } else { "" };
         let values: Vec<ValueId> = args.iter().map(|a| a.v).collect();

@@ -43,7 +43,12 @@ impl Rewriter {
         }
         let d = match (name, args) {
             (name, [Operand::Number(x), Operand::Array(knots)]) if name.starts_with("spline") => {
-                self.spline(name, v, *x, *knots)
+                self.spline(name, v, *x, None, *knots)
+            }
+            (name, [Operand::Number(x), Operand::Number(count), Operand::Array(knots)])
+                if name.starts_with("spline") =>
+            {
+                self.spline(name, v, *x, Some(count.v), *knots)
             }
             ("texture3d_lookup", [_, Operand::Number(p), ..]) => {
                 let slopes = ["texture3d_ds", "texture3d_dt", "texture3d_dr"].map(|r| self.also(r, v, &numbers));

@@ -6,8 +6,8 @@ use super::super::super::args::SourceArgs;
 use super::super::super::sources::{self, Folders};
 use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
-use oslcl_compiler::{Bound, Connection, Group, Hints, Layer, Master, Options, ParseError};
-use oslcl_runtime::shader_file;
+use oslcl_compiler::{Bound, ColorSystem, Connection, Group, Hints, Layer, Master, Options, ParseError};
+use oslcl_runtime::{grid, shader_file};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,6 +16,7 @@ use std::sync::Arc;
 pub struct Shaders {
     folders: Vec<PathBuf>,
     from_source: bool,
+    options: Options,
     known: std::cell::RefCell<HashMap<String, Arc<Master>>>,
 }
 
@@ -25,7 +26,12 @@ impl Shaders {
         let path = args.options.iter().find(|(name, _)| name == "searchpath:shader").map_or("", |(_, path)| path);
         let folders = path.split(':').filter(|p| !p.is_empty()).map(PathBuf::from);
         let folders = std::iter::once(PathBuf::new()).chain(folders).collect();
-        Shaders { folders, from_source: args.from_source, known: Default::default() }
+        let options = Options {
+            spaces: grid::SPACES.map(str::to_owned).into(),
+            color_system: args.colorspace.as_deref().and_then(ColorSystem::by_name).unwrap_or_default(),
+            ..Options::default()
+        };
+        Shaders { folders, from_source: args.from_source, options, known: Default::default() }
     }
 
     /// The shader of this name.
@@ -44,14 +50,14 @@ impl Shaders {
         let file = if self.from_source { format!("{stem}.osl") } else { stem.to_owned() };
         let path = shader_file::find(&file, &self.folders);
         let source = sources::read_or_shipped(path.as_deref().unwrap_or(Path::new(name)))?;
-        compile(&source.text, &source.name)
+        compile(&source.text, &source.name, &self.options)
     }
 }
 
 /// Compiles a source, with its folder's includes.
-fn compile(text: &str, name: &str) -> Result<Master, Error> {
+fn compile(text: &str, name: &str, options: &Options) -> Result<Master, Error> {
     let settings = SourceArgs { include: Vec::new(), define: Vec::new() };
-    let options = Options { file_name: name.to_owned(), ..Options::default() };
+    let options = Options { file_name: name.to_owned(), ..options.clone() };
     report::master(text, &options, &Folders::new(&settings))
 }
 
@@ -66,6 +72,10 @@ pub struct Built {
 /// Builds the group.
 pub fn build(args: &Args, shaders: &Shaders) -> Result<Built, Error> {
     let usage = |message: String| Error::Usage(format!("testshade: {message}"));
+    if let Some(name) = args.colorspace.as_ref().filter(|n| ColorSystem::by_name(n).is_none()) {
+        let known = ColorSystem::names().join(", ");
+        return Err(usage(format!("option `--colorspace`: there is no colour space \"{name}\"; known are {known}")));
+    }
     let mut group = Group { name: args.group_name.clone().unwrap_or_default(), ..Group::default() };
     let mut later = Vec::new();
     let mut layer_name = None;
@@ -106,7 +116,7 @@ pub fn build(args: &Args, shaders: &Shaders) -> Result<Built, Error> {
                 if args.verbose {
                     super::terminal::print(&format!("Expression-based shader text is:\n---\n{text}---\n"))?;
                 }
-                let master = Arc::new(compile(&text, &format!("{name}.osl"))?);
+                let master = Arc::new(compile(&text, &format!("{name}.osl"), &shaders.options)?);
                 (name, None, master)
             }
         };
