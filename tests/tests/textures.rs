@@ -87,7 +87,8 @@ impl Case {
                 let (x, y) = (i as u32 % SIDE, i as u32 / SIDE);
                 for (found, wanted) in plane.point(x, y).iter().zip(&values[o].1) {
                     spread = (spread.0.min(*wanted), spread.1.max(*wanted));
-                    if !((found - wanted).abs() <= limit * wanted.abs().max(1.0)) {
+                    let off = (found - wanted).abs();
+                    if off.is_nan() || off > limit * wanted.abs().max(1.0) {
                         wrong.push(format!("{x} {y}: the host {wanted}, the device {found}"));
                     }
                 }
