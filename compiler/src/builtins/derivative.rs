@@ -1,7 +1,7 @@
 //! Which built-ins have derivatives, and which are operators on derivatives.
 //!
 //! In: a row's name. Out: what `passes::derivatives` does with a call of it. The formulas themselves are IR and live in that
-//! pass; a test there holds that every row of floats or triples is listed here.
+//! pass; compiler/tests/derivatives.rs holds that every row of floats or triples is listed here.
 //!
 //! Where the reference implementation gives zero derivatives (its floor, step, cell noise, spectra...), so do we.
 

@@ -4,13 +4,15 @@
 //! It must not know what operations mean.
 
 use super::number::unescape;
-use super::{Access, Element, Hint, HintArg, Literal, MAGIC, MAIN, Module, Op, SymId, SymType, Symbol, SymbolKind};
+use super::{
+    Access, Element, Hint, HintArg, Literal, MAGIC, MAIN, MAX_OPS, Module, Op, SymId, SymType, Symbol, SymbolKind,
+};
 use crate::diag::Diagnostic;
 use crate::source::{FileId, Span};
 use crate::types::{Base, Extent};
 use std::collections::HashMap;
 
-/// Most symbols, operations and array elements: more is taken for a mistake.
+/// Most symbols and array elements: more is taken for a mistake.
 const MAX_ITEMS: usize = 4_000_000;
 
 /// Reads a file; `file` is its handle in a source map, for the errors.
@@ -251,8 +253,8 @@ impl Parser {
         if op.access.len() != op.args.len() {
             op.access.clear();
         }
-        if self.module.ops.len() >= MAX_ITEMS {
-            return self.error(span, "too many operations");
+        if self.module.ops.len() >= MAX_OPS {
+            return self.error(span, format!("more than {MAX_OPS} operations"));
         }
         self.module.ops.push(op);
     }

@@ -13,8 +13,6 @@ mod geometry;
 mod pattern;
 mod reach;
 mod rules;
-#[cfg(test)]
-mod tests;
 
 use crate::builtins::{
     self, FuncId,
