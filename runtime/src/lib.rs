@@ -17,6 +17,7 @@ pub mod render;
 pub mod scene;
 pub mod shade;
 pub mod shader_file;
+mod supplies;
 pub mod textures;
 pub mod told;
 pub mod wavefront;

@@ -104,6 +104,9 @@ fn build(device: &Device, group: &[Code], options: &str) -> Result<(), String> {
     if says {
         text.insert_str(0, "#define HAS_MESSAGES\n");
     }
+    if group.iter().any(|c| c.code.contains("\"osl/texture") || c.code.contains("\"osl/environment.h")) {
+        text.insert_str(0, "#define HAS_TEXTURES\n#define HAS_TEXTURE_CUBIC\n#define HAS_TEXTURE_CLOSEST\n");
+    }
     for one in group {
         text.push_str(&one.code);
         text.push('\n');

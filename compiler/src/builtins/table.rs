@@ -154,7 +154,7 @@ pub static TABLE: &[Row] = &[
         &["int(int)", "int(float)", "int(float,float)", "int(point)", "int(point,float)", "int(string)"],
         Special,
     ),
-    row("hash_string", &["int(string)"], Internal),
+    row("hash_string", &["int(string)"], InternalHost),
     // What stands for a name that is none of the known ones: what kind of name, those known (with commas), the name.
     row(
         "unknown_name",
@@ -219,12 +219,12 @@ pub static TABLE: &[Row] = &[
     row(
         "split",
         &["int(string,out string[],string,int)", "int(string,out string[],string)", "int(string,out string[])"],
-        NotYet,
+        Host,
     ),
     row("substr", &["string(string,int)", "string(string,int,int)"], Host),
     row("getchar", &["int(string,int)"], Host),
-    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], NotYet),
-    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], NotYet),
+    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], Host),
+    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], Host),
     // Texture.
     row(
         "texture",
@@ -260,7 +260,11 @@ pub static TABLE: &[Row] = &[
     row("raytype_bit", &["int(int)"], InternalState),
     row("backfacing", &["int()"], State),
     row("isconnected", &["int(any)"], Special),
+    // By the flattened name of a parameter; `passes::link` knows the answer.
+    row("is_connected", &["int(string)"], InternalHost),
     row("isconstant", &["int(any)"], Special),
+    // 1 when folding finds the argument constant, else 0.
+    row("is_constant", &["int(int)", "int(float)", "int(vector)", "int(matrix)", "int(string)"], InternalHost),
     row("iscameraray", &["int()"], Special),
     row("isdiffuseray", &["int()"], Special),
     row("isglossyray", &["int()"], Special),
@@ -270,6 +274,8 @@ pub static TABLE: &[Row] = &[
     row("dict_value", &["int(int,string,...)"], NotYet),
     row("trace", &["int(point,vector,...)"], NotYet),
     row("arraylength", &["int(any[])"], Special),
+    // Of an unsized parameter, whose length `passes::link` knows.
+    row("array_length", &["int(any[])"], InternalHost),
     row("exit", &["void()"], Special),
     row("random", &["float()", "color()", "point()", "vector()", "normal()"], NotYet),
 ];

@@ -30,6 +30,9 @@ enum Target {
     Closure(ClosureId),
 }
 
+/// Most calls per file whose arguments are looked at twice.
+const MAX_RETRIES: u32 = 200;
+
 /// Most overloads that a finding names.
 const MAX_NAMED: usize = 6;
 
@@ -84,7 +87,19 @@ impl Checker {
         if candidates.is_empty() {
             return self.unknown_function(callee);
         }
-        let typed = typed.into_iter().collect::<Option<Vec<_>>>()?;
+        let mut typed = typed.into_iter().collect::<Option<Vec<_>>>()?;
+        // Arguments that became what the call should give may fit better as what they are without.
+        let none_fits = |typed: &[Given]| candidates.iter().all(|c| self.fit(c, typed).is_err());
+        if wanted.is_some() && self.retries < MAX_RETRIES && none_fits(&typed) {
+            self.retries += 1;
+            let said = (self.errors.len(), self.warnings.len());
+            let again: Vec<Option<Given>> = args.iter().map(|arg| self.given(arg, None)).collect();
+            self.errors.truncate(said.0);
+            self.warnings.truncate(said.1);
+            if let Some(again) = again.into_iter().collect::<Option<Vec<_>>>() {
+                typed = again;
+            }
+        }
         self.resolve(&callee.name, callee.span, span, candidates, typed, wanted)
     }
 
@@ -350,7 +365,12 @@ impl Checker {
             let output = c.outputs.get(i).copied().unwrap_or(false);
             out.push(match (arg, formal) {
                 (Given::Value(e), Some(_)) if output => {
-                    self.require_lvalue(&e)?;
+                    if matches!(c.target, Target::User(_)) && !e.is_place() {
+                        let message = format!("{} is an output, and what it puts into this value is lost", what());
+                        self.warn(Diagnostic::warning("W2004", e.span, message).help("give a variable"));
+                    } else {
+                        self.require_lvalue(&e)?;
+                    }
                     e
                 }
                 (Given::Value(e), Some(f)) if e.ty == f => e,

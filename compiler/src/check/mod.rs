@@ -118,6 +118,8 @@ pub(crate) struct Checker {
     returned: bool,
     /// Functions with a result whose bodies hold no `return`, and whether one was called.
     without_return: std::collections::HashMap<FunctionId, bool>,
+    /// Calls whose arguments were looked at twice.
+    retries: u32,
     /// Where the file defines functions, for calls that come too early.
     later: std::collections::HashMap<String, Span>,
 }

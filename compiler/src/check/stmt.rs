@@ -18,12 +18,10 @@ impl Checker {
         out
     }
 
-    /// One statement as the body of something: in a scope of its own.
+    /// One statement as the body of something. Only braces open a scope: `if (c) float x = 1; else x = 2;` declares one `x`.
     fn body(&mut self, stmt: &ast::Stmt) -> Vec<Stmt> {
-        self.scopes.enter();
         let mut out = Vec::new();
         self.stmt(stmt, &mut out);
-        self.scopes.leave();
         out
     }
 

@@ -15,7 +15,7 @@ use crate::check::{Checked, GLOBALS};
 use crate::diag::Diagnostic;
 use crate::reflect::{self, ShaderInfo, Value};
 use crate::source::Span;
-use crate::types::{Base, Extent, StructId, Type};
+use crate::types::{Base, Extent, StructId, Traits, Type};
 use std::collections::HashMap;
 
 /// Deepest nesting of branches, loops and inlined functions.
@@ -134,7 +134,7 @@ impl<'m> Reader<'m> {
         let (mut params, mut infos, mut structs) = (Vec::new(), Vec::new(), Vec::new());
         // The struct parameter whose fields are being read.
         let mut inside: Option<String> = None;
-        let mut varying = false;
+        let (mut varying, mut traits) = (false, Traits::default());
         for (i, symbol) in self.module.symbols.iter().enumerate() {
             if !symbol.kind.is_param() {
                 continue;
@@ -145,11 +145,7 @@ impl<'m> Reader<'m> {
             let output = symbol.kind == SymbolKind::OutputParam;
             if field.is_none() {
                 inside = None;
-                varying = metadata.iter().any(|m| match (m.name.as_str(), &m.value) {
-                    ("lockgeom", Some(Value::Int(0))) => true,
-                    ("interpolated" | "interactive", Some(Value::Int(v))) => *v != 0,
-                    _ => false,
-                });
+                (varying, traits) = reflect::hints(&metadata, false);
             }
             let Some(var) = self.var_of[i] else {
                 if let (Element::Struct(name), None) = (&symbol.ty.element, &field) {
@@ -186,7 +182,8 @@ impl<'m> Reader<'m> {
                     metadata,
                 });
             }
-            params.push(Param { var, output, init, varying });
+            let traits = Traits { open: symbol.ty.extent == Extent::Unsized, ..traits };
+            params.push(Param { var, output, init, varying, traits });
         }
         let symbols: HashMap<&str, &Symbol> = self.module.symbols.iter().map(|s| (s.name.as_str(), s)).collect();
         for info in infos.iter_mut().filter(|i| !i.fields.is_empty()) {

@@ -43,7 +43,7 @@ pub(super) fn of_function(name: &str) -> &'static str {
         | "yiq_to_rgb" | "rgb_to_yiq" | "xyz_to_rgb" | "rgb_to_xyz" | "xyy_to_rgb" | "rgb_to_xyy" | "srgb_to_rgb"
         | "rgb_to_srgb" => "osl/color.h",
         "step" | "linearstep" | "smoothstep" | "smooth_linearstep" => "osl/pattern.h",
-        "hash_value" | "hash_string" => "osl/hash.h",
+        "hash_value" => "osl/hash.h",
         "surfacearea" | "backfacing" | "flip_handedness" | "raytype_bit" | "space_matrix" | "space_matrix_inverse" => {
             "osl/state.h"
         }

@@ -18,6 +18,9 @@ const FLT_MIN: f64 = f32::MIN_POSITIVE as f64;
 impl Rewriter {
     /// The derivatives of the call `v` of a row.
     pub(super) fn rule(&mut self, name: &str, v: ValueId, args: &[Operand]) -> Dual {
+        if let Some(d) = self.texture(name, v, args) {
+            return Dual { v, d };
+        }
         let moves = |r: &Self, a: &Operand| match a {
             Operand::Number(x) => x.d.is_some(),
             Operand::Array(l) => r.companions.contains_key(l),
@@ -42,10 +45,6 @@ impl Rewriter {
             (name, [Operand::Number(x), Operand::Array(knots)]) if name.starts_with("spline") => {
                 self.spline(name, v, *x, *knots)
             }
-            ("texture_lookup", [_, Operand::Number(s), Operand::Number(t), ..]) => {
-                let (ds, dt) = (self.also("texture_ds", v, &numbers), self.also("texture_dt", v, &numbers));
-                self.by_coordinates(&[(ds, *s), (dt, *t)])
-            }
             ("texture3d_lookup", [_, Operand::Number(p), ..]) => {
                 let slopes = ["texture3d_ds", "texture3d_dt", "texture3d_dr"].map(|r| self.also(r, v, &numbers));
                 let parts = [0, 1, 2].map(|i| (slopes[i], self.component(*p, i as i32)));
@@ -55,6 +54,26 @@ impl Rewriter {
             _ => self.geometric(name, v, &numbers),
         };
         Dual { v, d }
+    }
+
+    /// The derivatives of a plane texture's lookup: those of the texture by s and t, times those of s and t that the filter
+    /// has, be they the shader's or given. `None`: it is no such lookup.
+    fn texture(&mut self, name: &str, v: ValueId, args: &[Operand]) -> Option<Slope> {
+        if name != "texture_lookup" {
+            return None;
+        }
+        let numbers: Vec<Dual> = args
+            .iter()
+            .filter_map(|a| match a {
+                Operand::Number(x) => Some(*x),
+                Operand::Array(_) => None,
+            })
+            .collect();
+        let [_, _, _, dsdx, dtdx, dsdy, dtdy, ..] = numbers.as_slice() else { return None };
+        let (ds, dt) = (self.also("texture_ds", v, &numbers), self.also("texture_dt", v, &numbers));
+        let s = Dual { v: dsdx.v, d: Some([dsdx.v, dsdy.v]) };
+        let t = Dual { v: dtdx.v, d: Some([dtdx.v, dtdy.v]) };
+        Some(self.by_coordinates(&[(ds, s), (dt, t)]))
     }
 
     /// A row with the arguments and the type of another.
