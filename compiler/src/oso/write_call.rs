@@ -68,6 +68,14 @@ impl Writer<'_> {
             let home = match &arg.kind {
                 // By reference: a variable is bound itself, as long as its type fits exactly.
                 ExprKind::Var(id) if exact => self.variable(*id),
+                ExprKind::Field(..) if exact && is_plain_field(arg) => match self.place(arg) {
+                    Place::Home(home) => home,
+                    place => {
+                        let home = self.temp(arg.ty);
+                        self.copy(&Place::Home(home.clone()), &place);
+                        home
+                    }
+                },
                 _ if *output => {
                     let place = self.place(arg);
                     let home = self.temp(formal);
@@ -207,5 +215,13 @@ fn derivatives(name: &str, args: &[Expr]) -> Vec<u32> {
             _ => Vec::new(),
         },
         _ => Vec::new(),
+    }
+}
+
+/// A field of a variable, or of a field of one: it is a symbol of its own.
+fn is_plain_field(e: &Expr) -> bool {
+    match &e.kind {
+        ExprKind::Field(base, _) => matches!(base.kind, ExprKind::Var(_)) || is_plain_field(base),
+        _ => false,
     }
 }
