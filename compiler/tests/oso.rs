@@ -189,7 +189,7 @@ proptest! {
         which in any::<Index>(),
         damages in prop::collection::vec((any::<Index>(), any::<Index>(), 0u8..7), 1..4),
     ) {
-        survives(&damaged(which.get(WRITTEN.as_slice()), &damages));
+        survives(&damaged(which.get::<String>(&WRITTEN), &damages));
     }
 
     #[test]
@@ -268,4 +268,16 @@ fn files_of_other_compilers_are_read() {
     assert_eq!(values[0].1, [0.0, 0.0, -1.5]);
     let output = master.instance(&Options::default()).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(output.artifact.lobes, ["diffuse"]);
+}
+
+/// Functions that call each other twice double the code with each level.
+#[test]
+fn a_shader_that_grows_without_bound_is_refused() {
+    let mut source = "void f0(output float x) { x = x * 2 + sin(x); }\n".to_owned();
+    for i in 0..24 {
+        source += &format!("void f{}(output float x) {{ f{i}(x); f{i}(x); }}\n", i + 1);
+    }
+    source += "shader grows(output float f = 0) { f24(f); }";
+    let failure = oso("grows.osl", &source).expect_err("too large");
+    assert_eq!(failure.diagnostics[0].code, "E5003");
 }

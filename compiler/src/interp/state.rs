@@ -99,6 +99,16 @@ impl Globals {
             DTime => Const::Float(self.dtime),
             DPdtime => Const::Triple(self.dpdtime),
             Ci => return None,
+            DPdx => Const::Triple(self.dp[0]),
+            DPdy => Const::Triple(self.dp[1]),
+            DIdx => Const::Triple(self.di[0]),
+            DIdy => Const::Triple(self.di[1]),
+            DPsdx => Const::Triple(self.dps[0]),
+            DPsdy => Const::Triple(self.dps[1]),
+            DUdx => Const::Float(self.du[0]),
+            DUdy => Const::Float(self.du[1]),
+            DVdx => Const::Float(self.dv[0]),
+            DVdy => Const::Float(self.dv[1]),
         })
     }
 
@@ -142,6 +152,7 @@ impl Globals {
 pub(super) fn call(name: &str, args: &[Const], globals: &Globals) -> Option<Const> {
     Some(match (name, args) {
         ("surfacearea", []) => Const::Float(globals.surfacearea),
+        ("flip_handedness", []) => Const::Int(globals.flip_handedness.into()),
         ("backfacing", []) => Const::Int(globals.backfacing.into()),
         ("raytype_bit", [Const::Int(bit)]) => Const::Int((globals.raytype & bit != 0).into()),
         ("space_matrix", [Const::Int(number)]) => Const::Matrix(globals.space(*number).to_common),

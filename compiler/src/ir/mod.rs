@@ -66,7 +66,8 @@ pub struct LocalId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ValueId(pub u32);
 
-/// Shader globals (OSL specification ch. 6, "Global variables").
+/// Shader globals (OSL specification ch. 6, "Global variables"), and the derivatives of some of them by the pixel's x and y,
+/// which only passes put in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)] // The specification's names.
 pub enum Global {
@@ -83,13 +84,26 @@ pub enum Global {
     DTime,
     DPdtime,
     Ci,
+    DPdx,
+    DPdy,
+    DIdx,
+    DIdy,
+    DPsdx,
+    DPsdy,
+    DUdx,
+    DUdy,
+    DVdx,
+    DVdy,
 }
 
 impl Global {
     /// All of them, in declaration order.
-    pub const ALL: [Global; 13] = {
+    pub const ALL: [Global; 23] = {
         use Global::*;
-        [P, I, N, Ng, U, V, DPdu, DPdv, Ps, Time, DTime, DPdtime, Ci]
+        [
+            P, I, N, Ng, U, V, DPdu, DPdv, Ps, Time, DTime, DPdtime, Ci, DPdx, DPdy, DIdx, DIdy, DPsdx, DPsdy, DUdx,
+            DUdy, DVdx, DVdy,
+        ]
     };
 
     /// OSL's spelling; also the field name of `ShaderGlobals` in kernels/globals.h.
@@ -109,6 +123,16 @@ impl Global {
             DTime => "dtime",
             DPdtime => "dPdtime",
             Ci => "Ci",
+            DPdx => "dPdx",
+            DPdy => "dPdy",
+            DIdx => "dIdx",
+            DIdy => "dIdy",
+            DPsdx => "dPsdx",
+            DPsdy => "dPsdy",
+            DUdx => "dudx",
+            DUdy => "dudy",
+            DVdx => "dvdx",
+            DVdy => "dvdy",
         }
     }
 
@@ -119,7 +143,27 @@ impl Global {
             P | I | N | Ng | DPdu | DPdv | Ps | DPdtime => Ty::Triple,
             U | V | Time | DTime => Ty::Float,
             Ci => Ty::Closure,
+            DPdx | DPdy | DIdx | DIdy | DPsdx | DPsdy => Ty::Triple,
+            DUdx | DUdy | DVdx | DVdy => Ty::Float,
         }
+    }
+
+    /// The global that it is a derivative of; itself when it is none.
+    pub fn base(self) -> Global {
+        use Global::*;
+        match self {
+            DPdx | DPdy => P,
+            DIdx | DIdy => I,
+            DPsdx | DPsdy => Ps,
+            DUdx | DUdy => U,
+            DVdx | DVdy => V,
+            other => other,
+        }
+    }
+
+    /// Whether it is a derivative of another.
+    pub fn is_derivative(self) -> bool {
+        self.base() != self
     }
 }
 

@@ -60,6 +60,7 @@ impl Lower<'_> {
                 }
                 self.internal("faceforward_ref", arg_values(&values), ty, span)
             }
+            "aastep" => self.aastep(args, span),
             "transform" => self.transform(formals, args, e),
             "transformc" => self.transformc(args, span),
             "getmatrix" => return self.getmatrix(args, e),
@@ -104,7 +105,8 @@ impl Lower<'_> {
                 self.internal("array_length", vec![Arg::Array(array)], ty, span)
             }
             "arraylength" => {
-                let len = self.array(&args[0]).and_then(|l| self.out.locals[l.0 as usize].len);
+                // Of an array of structs, each field is an array of its length.
+                let len = self.place(&args[0]).first_local().and_then(|l| self.out.locals[l.0 as usize].len);
                 let len = len.or_else(|| match args[0].ty.extent {
                     crate::types::Extent::Fixed(n) => Some(n),
                     _ => None,
@@ -288,6 +290,29 @@ impl Lower<'_> {
         let ty = self.ty_of(a);
         let x = self.convert_value(x, ty, span);
         self.internal("mix_float", arg_values(&[a, b, x]), ty, span)
+    }
+
+    /// A step that is filtered by a box as wide as both widths together; those that are not given are filter widths.
+    fn aastep(&mut self, args: &[Expr], span: Span) -> ValueId {
+        let values = self.values(args);
+        let (edge, s) = (values[0], values[1]);
+        let widths = match values[2..] {
+            [dedge, ds] => [dedge, ds],
+            [ds] => [self.internal("filterwidth", arg_values(&[edge]), Ty::Float, span), ds],
+            _ => [edge, s].map(|v| self.internal("filterwidth", arg_values(&[v]), Ty::Float, span)),
+        };
+        let sizes = widths.map(|w| self.internal("fabs", arg_values(&[w]), Ty::Float, span));
+        let mut number = |c: f64| self.constant(Const::Float(c), span);
+        let (half, zero, one) = (number(0.5), number(0.0), number(1.0));
+        let mut binary = |op, a, b, ty| self.value(Inst::Binary(op, a, b), ty, span);
+        let width = binary(BinaryOp::Add, sizes[0], sizes[1], Ty::Float);
+        let half = binary(BinaryOp::Mul, half, width, Ty::Float);
+        let (low, high) = (binary(BinaryOp::Sub, edge, half, Ty::Float), binary(BinaryOp::Add, edge, half, Ty::Float));
+        let (below, above) = (binary(BinaryOp::Le, s, low, Ty::Int), binary(BinaryOp::Ge, s, high, Ty::Int));
+        let offset = binary(BinaryOp::Sub, s, low, Ty::Float);
+        let ramp = binary(BinaryOp::Div, offset, width, Ty::Float);
+        let upper = self.value(Inst::Select(above, one, ramp), Ty::Float, span);
+        self.value(Inst::Select(below, zero, upper), Ty::Float, span)
     }
 
     fn select(&mut self, args: &[Expr], e: &Expr) -> ValueId {

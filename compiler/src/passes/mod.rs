@@ -10,6 +10,7 @@
 mod cases;
 mod closures;
 mod dead;
+mod derivatives;
 mod fold;
 pub mod link;
 mod prune;
@@ -20,6 +21,7 @@ mod textures;
 mod unroll;
 
 pub use closures::closures;
+pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub(crate) use specialise::fitted;
@@ -66,7 +68,7 @@ pub fn optimise(
 ///
 /// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, cases, fold,
 /// prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
-/// are returned.
+/// are returned; last the derivatives, of what is still used, and fold and prune again where there are any.
 pub fn optimise_with(
     shader: &mut Shader,
     bindings: &[(String, Const)],
@@ -118,6 +120,10 @@ pub fn optimise_with(
     let (warnings, changed) = review::review(shader, settings.target)?;
     if changed {
         check(shader, "review");
+        reduce(shader)?;
+    }
+    if derivatives(shader) {
+        check(shader, "derivatives");
         reduce(shader)?;
     }
     textures::textures(shader)?;

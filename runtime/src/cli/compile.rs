@@ -14,6 +14,7 @@ use oslcl_runtime::textures;
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
@@ -106,7 +107,9 @@ fn compile(path: &Path, args: &CompileArgs, said: &mut String) -> Result<String,
     let folders = Folders::new(&args.source);
     let master = Master::new(&source.text, &options, &folders).map_err(|f| failed(&f, &folders, said))?;
     said.push_str(&report::rendered(master.sources(), master.warnings()));
-    let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
+    let library = Arc::new(textures::Library::default());
+    let bindings = params::bindings(&args.param, master.info())?;
+    let options = Options { bindings, textures: Some(library.access()), ..options };
     let output = master.instance(&options).map_err(|f| failed(&f, &folders, said))?;
     // Those of the front half come first and were said.
     let later = &output.warnings[master.warnings().len().min(output.warnings.len())..];
@@ -149,6 +152,9 @@ fn standalone(artifact: &Artifact) -> Result<String, assemble::Error> {
     }
     for lobe in &artifact.lobes {
         let _ = writeln!(head, "#define HAS_LOBE_{}", lobe.to_uppercase());
+    }
+    if artifact.state.derivatives {
+        head.push_str("#define HAS_DERIVATIVES\n");
     }
     if !artifact.sites.is_empty() {
         head.push_str("#define HAS_MESSAGES\n");
