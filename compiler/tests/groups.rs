@@ -284,8 +284,12 @@ fn userdata_replaces_defaults_where_it_is() {
     let source = "shader s(float s = 1 [[ int lockgeom = 0 ]], color Cd = u [[ int lockgeom = 0 ]], float locked = 5,
         output vector n = 2 [[ int lockgeom = 0 ]], output float r = 0) { r = s + Cd[0] * 10 + locked * 100; }";
     let group = group(&[source], &[]);
-    let data =
-        |name: &str, base: Base, sometimes: bool| Userdata { name: name.into(), ty: Type::scalar(base), sometimes };
+    let data = |name: &str, base: Base, sometimes: bool| Userdata {
+        name: name.into(),
+        ty: Type::scalar(base),
+        sometimes,
+        same_as: None,
+    };
     let userdata = vec![
         data("s", Base::Float, false),
         data("Cd", Base::Vector, true),
@@ -314,21 +318,22 @@ fn interactive_parameters_are_read_at_run_time() {
         "shader s(float f = 1 [[ int interactive = 1 ]], float g = u [[ int interactive = 1 ]], float plain = 2,
         output float r = 0) { r = f + g * 10 + plain * 100; }";
     let mut group = group(&[source], &[]);
+    let live = Options { interactive: true, ..Options::default() };
     let globals = Globals { u: 0.5, ..Globals::default() };
     let set = |list: &[(&str, f64)]| Globals {
         interactive: list.iter().map(|(n, v)| (n.to_string(), Const::Float(*v))).collect(),
         ..globals.clone()
     };
     let points = [set(&[]), set(&[("a.f", 3.0)]), set(&[("a.g", 4.0), ("a.plain", 9.0)])];
-    let found = group.evaluate_all(&Options::default(), &["r".into()], &points).expect("values");
+    let found = group.evaluate_all(&live, &["r".into()], &points).expect("values");
     let found: Vec<f64> = found.iter().map(|p| p[0].1[0]).collect();
     assert_eq!(found, [206.0, 208.0, 241.0]);
     let hints = Hints { interactive: true, ..Hints::default() };
     group.layers[0].bindings.push(Bound { name: "plain".into(), value: Binding::Int(3), hints });
-    let found = group.evaluate_all(&Options::default(), &["r".into()], &points).expect("values");
+    let found = group.evaluate_all(&live, &["r".into()], &points).expect("values");
     let found: Vec<f64> = found.iter().map(|p| p[0].1[0]).collect();
     assert_eq!(found, [306.0, 308.0, 941.0]);
-    let options = Options { entry: Entry::Grid(vec!["r".into()]), ..Options::default() };
+    let options = Options { entry: Entry::Grid(vec!["r".into()]), ..live };
     let inputs = group.instance(&options).expect("an artifact").artifact.inputs;
     let slots: Vec<_> =
         inputs.interactive.iter().map(|s| (s.name.as_str(), s.offset, s.has, s.default.clone())).collect();
@@ -414,4 +419,15 @@ fn what_is_wrong_with_a_text_is_said_with_its_place() {
         let error = read(text).expect_err(text);
         assert!(error.contains(part), "{text}: {error}");
     }
+}
+
+#[test]
+fn userdata_may_be_a_global() {
+    let source = "shader s(float s = 1 [[ int lockgeom = 0 ]], output float r = 0) { r = s * 2; }";
+    let data =
+        Userdata { name: "s".into(), ty: Type::scalar(Base::Float), sometimes: false, same_as: Some("u".into()) };
+    let options = Options { userdata: Some(vec![data]), ..Options::default() };
+    let points = [Globals { u: 0.25, ..Globals::default() }];
+    let found = group(&[source], &[]).evaluate_all(&options, &["r".into()], &points).expect("values");
+    assert_eq!(found[0][0].1, [0.5]);
 }

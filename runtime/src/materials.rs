@@ -6,7 +6,9 @@ use crate::displace;
 use crate::scene::{Material, ParamValue, Scene};
 use crate::textures::{self, Library};
 use oslcl_compiler::diag::Diagnostic;
-use oslcl_compiler::{Artifact, Binding, Entry, Failure, Includes, Options, compile};
+use oslcl_compiler::{
+    Artifact, Binding, Entry, Failure, Group, Includes, Master, Options, ParseError, TextError, compile,
+};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -175,7 +177,47 @@ fn compile_one(material: &Material, role: Role, library: &Arc<Library>) -> Resul
         textures: Some(library.access()),
         ..Options::default()
     };
+    if material.group {
+        return of_group(material, options);
+    }
     compile(&material.source, &options, &Beside)
+}
+
+/// A group's shaders are files beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
+/// `layer.param`, or `param` for one of the last layer.
+fn of_group(material: &Material, mut options: Options) -> Result<oslcl_compiler::Output, Failure> {
+    let told = |d: Diagnostic| Failure { diagnostics: vec![d], sources: Arc::default() };
+    let folder = material.path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let folders = [folder];
+    let mut find = |name: &str| {
+        let found = crate::shader_file::find(name, &folders);
+        let file = found.unwrap_or_else(|| folders[0].join(format!("{name}.osl")));
+        let source = match std::fs::read_to_string(&file) {
+            Ok(text) => text,
+            Err(cause) => match crate::scene::shipped(name) {
+                Some(text) => text.to_owned(),
+                None => {
+                    let message =
+                        format!("shader `{name}` is no shipped one, nor is it at {}: {cause}", file.display());
+                    return Err(told(TextError { line: 1, column: 1, message, help: None }.diagnostic()));
+                }
+            },
+        };
+        let options = Options { file_name: file.to_string_lossy().into_owned(), ..Options::default() };
+        Master::new(&source, &options, &Beside).map(Arc::new)
+    };
+    let group = Group::parse(&material.name, &material.source, &mut find).map_err(|e| match e {
+        ParseError::Text(e) => told(e.diagnostic()),
+        ParseError::Shader { cause, .. } => cause,
+    })?;
+    let last = group.layers.last().map_or("", |l| l.name.as_str());
+    for (name, _) in &mut options.bindings {
+        let layer = name.split_once('.').map(|(layer, _)| layer);
+        if !layer.is_some_and(|layer| group.layers.iter().any(|l| l.name == layer)) {
+            *name = format!("{last}.{name}");
+        }
+    }
+    group.instance(&options)
 }
 
 fn binding(value: &ParamValue) -> Binding {

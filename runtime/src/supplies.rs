@@ -44,7 +44,13 @@ impl Supplies {
     /// The userdata that the reference's testshade has: `s` and `t` are u and v, and some is there at some points only.
     pub fn of_testshade() -> Supplies {
         let data = |name: &str, base: Base, value: &'static str, when: &'static str| PointData {
-            declared: Userdata { name: name.to_owned(), ty: Type::scalar(base), sometimes: !when.is_empty() },
+            declared: Userdata {
+                name: name.to_owned(),
+                ty: Type::scalar(base),
+                sometimes: !when.is_empty(),
+                // Globals bring their derivatives along.
+                same_as: value.strip_prefix("sg->").filter(|_| when.is_empty()).map(str::to_owned),
+            },
             given: Given::Code { value, when },
         };
         let userdata = vec![

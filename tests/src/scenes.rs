@@ -38,6 +38,7 @@ pub fn material(scene: &mut Scene, source: &str, params: &[(&str, ParamValue)]) 
         source: source.to_owned(),
         params: params.iter().map(|(n, v)| ((*n).to_owned(), v.clone())).collect(),
         displacement: None,
+        group: false,
     });
     id
 }

@@ -92,10 +92,6 @@ fn keys_and_types() {
         "DIR/s.toml:4:1: `materials.m` needs a `shader` (a shipped one or a file), `osl` (its text) or `group` (a shader \
          group's text)",
     );
-    check(
-        &format!("{CAMERA}[materials.m]\ngroup = \"shader matte a; connect a.x b.y;\"\n"),
-        "DIR/s.toml:5:9: shader group: `connect` is not supported yet: a group has one shader so far",
-    );
 }
 
 #[test]

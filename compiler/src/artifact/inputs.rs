@@ -2,7 +2,7 @@
 //!
 //! In: optimised IR. Out: names, types and places.
 
-use crate::ir::{InputLayout, Shader, Source, numbers, slots_of};
+use crate::ir::{Const, InputLayout, Shader, Source, numbers, slots_of};
 use crate::types::{Base, Type};
 use serde::Serialize;
 
@@ -82,4 +82,21 @@ pub(super) fn of(shader: &Shader) -> Inputs {
         });
     }
     inputs
+}
+
+/// The strings of the code with those that interactive parameters start with.
+pub(super) fn strings(shader: &Shader, mut strings: Vec<String>) -> Vec<String> {
+    for input in &shader.inputs {
+        match &input.default {
+            Some(Const::Str(s)) => strings.push(s.clone()),
+            Some(Const::Array(items)) => strings.extend(items.iter().filter_map(|c| match c {
+                Const::Str(s) => Some(s.clone()),
+                _ => None,
+            })),
+            _ => {}
+        }
+    }
+    strings.sort();
+    strings.dedup();
+    strings
 }

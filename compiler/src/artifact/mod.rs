@@ -94,7 +94,7 @@ impl Artifact {
             outputs: code.outputs,
             inputs: inputs::of(shader),
             sites: code.sites,
-            strings: code.strings,
+            strings: inputs::strings(shader, code.strings),
             info,
         }
     }

@@ -211,6 +211,7 @@ impl<'a> Parts<'a> {
             entry_layers: self.entry_layers,
             outputs,
             userdata: options.userdata.as_deref(),
+            interactive: options.interactive,
             userdata_is_connected: options.userdata_is_connected,
             lazy: options.lazy,
         })

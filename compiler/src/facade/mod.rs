@@ -97,6 +97,9 @@ pub struct Options {
     /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
     /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
     pub userdata: Option<Vec<Userdata>>,
+    /// Whether interactive parameters are read at run time, from what [`Artifact::inputs`] lists; otherwise their values are
+    /// constants like any other.
+    pub interactive: bool,
     /// Whether `isconnected` says that a parameter which may read userdata is connected.
     pub userdata_is_connected: bool,
     /// When the layers of a group run.
@@ -118,6 +121,7 @@ impl Default for Options {
             color_system: ColorSystem::default(),
             entry: Entry::Material,
             userdata: None,
+            interactive: false,
             userdata_is_connected: false,
             lazy: Lazy::default(),
             line_directives: false,

@@ -4,6 +4,7 @@
 //! In: text, and who finds shaders by name. Out: a [`Group`], or a [`TextError`] with its place; and a group's text.
 
 use super::{Binding, Bound, Group, Layer, Master};
+use crate::diag::Diagnostic;
 use crate::passes::link::{Connection, Hints};
 use std::fmt;
 use std::fmt::Write as _;
@@ -20,6 +21,18 @@ pub struct TextError {
     pub message: String,
     /// What the user can do, if we know.
     pub help: Option<String>,
+}
+
+impl TextError {
+    /// As a finding about no file.
+    pub fn diagnostic(&self) -> Diagnostic {
+        let message = format!("shader group, line {}, column {}: {}", self.line, self.column, self.message);
+        let d = Diagnostic::global("E4017", message);
+        match &self.help {
+            Some(help) => d.help(help.clone()),
+            None => d,
+        }
+    }
 }
 
 impl fmt::Display for TextError {

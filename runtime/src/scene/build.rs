@@ -193,7 +193,14 @@ impl Material {
     /// A material of OSL source text.
     pub fn from_source(name: &str, source: &str) -> Material {
         let path = PathBuf::from(format!("{name}.osl"));
-        Material { name: name.to_string(), path, source: source.to_string(), params: Vec::new(), displacement: None }
+        Material {
+            name: name.to_string(),
+            path,
+            source: source.to_string(),
+            params: Vec::new(),
+            displacement: None,
+            group: false,
+        }
     }
 
     /// The same with a parameter set.
@@ -213,6 +220,6 @@ impl Material {
     pub(super) fn of_shipped(name: &str, shader: &str) -> Material {
         let path = PathBuf::from(format!("shaders-osl/{shader}.osl"));
         let source = shipped::shipped(shader).unwrap_or_default().to_string();
-        Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None }
+        Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None, group: false }
     }
 }

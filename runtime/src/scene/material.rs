@@ -4,7 +4,7 @@
 
 use super::error::{Error, suggest};
 use super::value::{Table, Value};
-use super::{Material, ParamValue, group, shipped};
+use super::{Material, ParamValue, shipped};
 use crate::shader_file;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
@@ -24,6 +24,7 @@ pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
             source: in_place(osl)?,
             params: Vec::new(),
             displacement: None,
+            group: false,
         },
         [] => {
             let cause = format!(
@@ -59,17 +60,10 @@ fn in_place(osl: &Value<'_>) -> Result<String, Error> {
     Ok("\n".repeat(lines) + &" ".repeat(blanks) + text)
 }
 
-/// A group's shader is a shipped one or a file beside the scene, with or without `.osl` or `.oso`.
+/// A group: its text stays as it is; the compiler reads it.
 fn of_group(text: &Value<'_>, name: &str) -> Result<Material, Error> {
-    let group = group::parse(text.string()?)
-        .map_err(|cause| Error::Conflict { at: text.at(), cause: format!("shader group: {cause}") })?;
-    let folder = text.text.path.parent().unwrap_or(Path::new("")).to_owned();
-    // Groups name shaders without an ending; what lies beside the scene hides a shipped one.
-    let material = match shader_file::find(&group.shader, &[folder]) {
-        Some(path) => of_file(path, name)?,
-        None => by_name(text, &group.shader, name)?,
-    };
-    Ok(Material { params: group.params, ..material })
+    let (source, path) = (text.string()?.to_string(), text.text.path.to_path_buf());
+    Ok(Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None, group: true })
 }
 
 /// The shader `wanted`, which `shader` names.
@@ -97,7 +91,7 @@ fn of_file(path: PathBuf, name: &str) -> Result<Material, Error> {
         path: path.clone(),
         cause: cause.to_string(),
     })?;
-    Ok(Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None })
+    Ok(Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None, group: false })
 }
 
 fn param(value: &Value<'_>) -> Result<ParamValue, Error> {

@@ -7,7 +7,6 @@ mod build;
 mod error;
 mod file;
 mod geometry;
-mod group;
 mod material;
 mod mtl;
 mod obj;
@@ -132,6 +131,8 @@ pub struct Material {
     pub params: Vec<(String, ParamValue)>,
     /// The material whose displacement shader moves the vertices of what has this one.
     pub displacement: Option<MaterialId>,
+    /// `source` is the text of a shader group, whose shaders are shipped ones or lie beside `path`.
+    pub group: bool,
 }
 
 /// A parameter value; how it fits the declared type is for the compiler to check.

@@ -41,10 +41,13 @@ pub(super) fn compose(
     let mut facts = Vec::with_capacity(count);
     let mut blocks = Vec::with_capacity(count);
     for (index, layer) in layers.into_iter().enumerate() {
+        // Whether a call or an assignment is there at all may hang on values: they are folded to see.
+        let folded = if request.lazy.globals && request.lazy.errors { None } else { folded(&layer.shader) };
+        let seen = folded.as_ref().unwrap_or(&layer.shader);
         facts.push(Facts {
             has_effects: has_effects(&layer.shader),
-            writes_globals: writes_globals(&layer.shader),
-            reports_errors: reports_errors(&layer.shader),
+            writes_globals: writes_globals(seen),
+            reports_errors: reports_errors(seen),
             feeds_others: wires.iter().any(|w| w.from.layer == index),
             has_outputs: outputs.iter().any(|(l, _)| *l == index),
         });
@@ -105,6 +108,12 @@ fn owners(joined: &Joined) -> Vec<Option<usize>> {
         _ => None,
     };
     joined.shader.locals.iter().map(owner).collect()
+}
+
+/// A copy that is folded; `None` when that is not possible, which is said later.
+fn folded(shader: &Shader) -> Option<Shader> {
+    let mut copy = shader.clone();
+    crate::passes::fold(&mut copy).ok().map(|()| copy)
 }
 
 /// Whether it does what can be seen beside its outputs.

@@ -5,7 +5,9 @@
 
 use super::Request;
 use crate::interp::{self, ops};
-use crate::ir::{Block, Const, Input, Inst, Local, LocalId, LocalKind, Shader, Source, Stmt, Ty, Value, ValueId};
+use crate::ir::{
+    Block, Const, Global, Input, Inst, Local, LocalId, LocalKind, Shader, Source, Stmt, Ty, Value, ValueId,
+};
 use crate::source::Span;
 use crate::types::{Base, Extent, Type};
 use std::collections::HashMap;
@@ -19,6 +21,8 @@ pub struct Userdata {
     pub ty: Type,
     /// Some points are without it; there a parameter has its default.
     pub sometimes: bool,
+    /// The global that it is equal to, such as `u`; `None`: the renderer supplies it (`Artifact::inputs`).
+    pub same_as: Option<String>,
 }
 
 /// What a parameter reads, as its declaration and the hints of its value say.
@@ -37,7 +41,7 @@ pub(super) fn make_explicit(shader: &mut Shader, reads: &[Reads], connected: &[b
         if connected[index] || shader.locals[local.0 as usize].ty == Ty::Closure {
             continue;
         }
-        if reads[index].interactive {
+        if reads[index].interactive && request.interactive {
             interactive(shader, index);
         }
         if reads[index].userdata
@@ -64,6 +68,12 @@ fn supplied<'a>(shader: &Shader, index: usize, all: &'a [Userdata]) -> Option<&'
 }
 
 fn userdata(shader: &mut Shader, index: usize, data: &Userdata) {
+    let ty = shader.locals[shader.params[index].local.0 as usize].ty;
+    let named = |g: &Global| data.same_as.as_deref() == Some(g.name()) && g.ty() == ty;
+    if let Some(global) = Global::ALL.into_iter().find(named) {
+        let from = global_local(shader, global);
+        return replace(shader, index, from);
+    }
     let value = input(shader, index, Source::Userdata, None);
     if data.sometimes {
         let has = input(shader, index, Source::HasUserdata, None);
@@ -86,6 +96,17 @@ fn interactive(shader: &mut Shader, index: usize) {
             guarded(shader, index, has, value);
         }
     }
+}
+
+/// The local of a global.
+fn global_local(shader: &mut Shader, global: Global) -> LocalId {
+    let kind = LocalKind::Global(global);
+    let found = shader.locals.iter().position(|l| l.kind == kind);
+    let index = found.unwrap_or_else(|| {
+        shader.locals.push(Local { name: global.name().to_owned(), ty: global.ty(), len: None, kind });
+        shader.locals.len() - 1
+    });
+    LocalId(index as u32)
 }
 
 /// A new local that holds an input of the parameter's type, or the flag beside it.

@@ -106,6 +106,8 @@ pub struct Request<'a> {
     pub outputs: &'a [String],
     /// What geometry may have; `None`: nobody knows.
     pub userdata: Option<&'a [Userdata]>,
+    /// Whether interactive parameters are read at run time.
+    pub interactive: bool,
     /// Whether `isconnected` says that a parameter which may read userdata is connected.
     pub userdata_is_connected: bool,
     /// When layers run.

@@ -130,7 +130,10 @@ pub fn build(args: &Args, shaders: &Shaders) -> Result<Built, Error> {
     if group.layers.is_empty() {
         return Err(usage("no shader or group was named".to_owned()));
     }
-    group.entry_layers = args.entries.clone();
+    // Outputs that are asked for run their layers alone.
+    if args.entry_outputs.is_empty() {
+        group.entry_layers = args.entries.clone();
+    }
     let layer_of = |output: &String| output.split_once('.').map(|(layer, _)| layer.to_owned());
     group.entry_layers.extend(args.entry_outputs.iter().filter_map(layer_of));
     Ok(Built { group, later })

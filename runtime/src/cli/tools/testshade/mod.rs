@@ -40,6 +40,11 @@ pub fn run(words: &[String]) -> Result<ExitCode, Error> {
             terminal::print(&format!("Connect {from_layer}.{from} to {to_layer}.{to}\n"))?;
         }
     }
+    if !args.entries.is_empty() {
+        let index = |name: &String| group.layers.iter().position(|l| l.name == *name).map_or(-1, |i| i as i64);
+        let list: Vec<String> = args.entries.iter().map(|name| format!(" {name}({})", index(name))).collect();
+        terminal::print(&format!("Entry layers:{}\n", list.concat()))?;
+    }
     if args.verbose || args.query {
         terminal::print(&describe(&args, group))?;
     }
@@ -114,6 +119,7 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
         entry,
         textures: Some(library.access()),
         userdata: Some(supplies.declared()),
+        interactive: true,
         userdata_is_connected: args.userdata_isconnected,
         lazy: supplies::lazy(args),
         ..Options::default()

@@ -12,7 +12,7 @@ use oslcl_runtime::shade::{Given, PointData, Supplies};
 pub fn of(args: &Args) -> Supplies {
     let mut supplies = Supplies::of_testshade();
     supplies.userdata.extend(args.userdata.iter().map(|value| PointData {
-        declared: Userdata { name: value.name.clone(), ty: type_of(value), sometimes: false },
+        declared: Userdata { name: value.name.clone(), ty: type_of(value), sometimes: false, same_as: None },
         given: Given::Constant(value.value.clone()),
     }));
     supplies
