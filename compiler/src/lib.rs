@@ -42,6 +42,7 @@ pub mod strings;
 pub mod suggest;
 pub mod text;
 pub mod types;
+pub mod vendor;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;

@@ -12,7 +12,7 @@ use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
-use crate::{check, interp, lower, parse};
+use crate::{check, interp, lower, parse, vendor};
 use std::fmt;
 use std::sync::Arc;
 
@@ -58,6 +58,8 @@ pub struct Options {
     pub undefines: Vec<String>,
     /// Values of parameters by flattened name (`a.x` for field x of struct parameter a). The others keep their defaults.
     pub bindings: Vec<(String, Binding)>,
+    /// What vendors' closures look like, before our own mappings: OSL texts, see [`crate::vendor`].
+    pub closures: Vec<vendor::Mapping>,
     /// What to write.
     pub entry: Entry,
     /// Write `#line` directives that lead from the code back to the OSL source.
@@ -71,6 +73,7 @@ impl Default for Options {
             defines: Vec::new(),
             undefines: Vec::new(),
             bindings: Vec::new(),
+            closures: Vec::new(),
             entry: Entry::Material,
             line_directives: false,
         }
@@ -114,7 +117,20 @@ impl Includes for NoIncludes {
 }
 
 /// Headers that come with the compiler.
-const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../../shaders-osl/stdosl.h"))];
+const EMBEDDED: &[(&str, &str)] = &[
+    ("stdosl.h", include_str!("../../../shaders-osl/stdosl.h")),
+    CLOSURE_MAPPINGS[0],
+    ("color2.h", include_str!("../../../shaders-osl/color2.h")),
+    ("color4.h", include_str!("../../../shaders-osl/color4.h")),
+    ("matrix33.h", include_str!("../../../shaders-osl/matrix33.h")),
+    ("oslutil.h", include_str!("../../../shaders-osl/oslutil.h")),
+    ("vector2.h", include_str!("../../../shaders-osl/vector2.h")),
+    ("vector4.h", include_str!("../../../shaders-osl/vector4.h")),
+];
+
+/// What vendors' closures look like: headers whose functions stand for the vendors' declarations.
+pub(crate) const CLOSURE_MAPPINGS: &[(&str, &str)] =
+    &[("stdcycles.h", include_str!("../../../shaders-osl/stdcycles.h"))];
 
 /// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
 /// headers can be replaced by files of the same name.
@@ -198,7 +214,8 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
         ..preprocess::Options::default()
     };
     let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
-    let file = parse::parse(&pre)?;
+    let mut file = parse::parse(&pre)?;
+    vendor::complete(&mut file, &options.closures, &WithEmbedded(includes), sources)?;
     let checked = check::check(&file)?;
     let shader = lower::lower(&checked)?;
     // What the author of a file says by `#warning` is not silenced.
