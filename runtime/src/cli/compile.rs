@@ -61,7 +61,7 @@ fn with_ending(base: &Path, ending: &str) -> PathBuf {
 
 fn compile(path: &Path, args: &CompileArgs) -> Result<String, Error> {
     let source = sources::read(path)?;
-    let options = sources::options(&source, &args.source);
+    let options = sources::options(&source, &args.source)?;
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
     let artifact = report::instance(&master, &options)?.artifact;

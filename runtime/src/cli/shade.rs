@@ -26,7 +26,7 @@ impl From<PrecisionArg> for Precision {
 pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let wanted: Vec<(String, PathBuf)> = args.output.iter().map(|text| output(text)).collect::<Result<_, _>>()?;
     let source = sources::read_or_shipped(&args.shader)?;
-    let options = sources::options(&source, &args.source);
+    let options = sources::options(&source, &args.source)?;
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
     let mut outputs: Vec<String> = Vec::new();

@@ -90,7 +90,7 @@ fn compile(path: &Path, job: &Job) -> Result<bool, Error> {
     // As in the reference, the file's own folder also serves `#include <x>`.
     let mut include = vec![path.parent().unwrap_or(Path::new("")).to_owned()];
     include.extend(job.include.iter().cloned());
-    let folders = Folders::new(&SourceArgs { include, define: Vec::new() });
+    let folders = Folders::new(&SourceArgs { include, define: Vec::new(), closures: Vec::new() });
     match check_only(&source.text, &options, &folders) {
         Ok((warnings, sources)) => {
             say(&sources, &warnings, job.warnings_are_errors);
