@@ -33,6 +33,7 @@ pub mod interp;
 pub mod ir;
 pub mod lower;
 pub mod messages;
+pub mod oso;
 pub mod parse;
 pub mod passes;
 pub mod preprocess;
@@ -41,16 +42,20 @@ pub mod source;
 pub mod strings;
 pub mod suggest;
 pub mod text;
+pub mod textures;
 pub mod types;
 pub mod vendor;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
 pub use facade::{
-    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Output, Values,
-    check_only, compile, inspect,
+    Binding, Bound, Connection, Entry, Failure, Group, Hints, HostRun, Layer, Lazy, Master, NoIncludes, Options, Oso,
+    OsoOptions, Output, ParseError, Query, QueryParam, TextError, Userdata, Values, check_only, compile, inspect,
+    preprocessed, query_shader, to_oso,
 };
 pub use interp::{Globals, Space};
+pub use passes::TextureUse;
 pub use preprocess::Includes;
 pub use reflect::ShaderInfo;
 pub use source::SourceMap;
+pub use textures::{TextureAccess, Textures};

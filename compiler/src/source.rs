@@ -42,6 +42,8 @@ pub struct SourceFile {
     /// The `#include` that brought it in.
     pub included_at: Option<Span>,
     line_starts: Vec<u32>,
+    /// For compiled files: which file and line their bytes came from, ascending by the first byte.
+    origins: Vec<(u32, Arc<str>, u32)>,
 }
 
 /// A position for people: lines and columns count from 1, columns in characters.
@@ -68,7 +70,7 @@ impl SourceMap {
         let line_starts = std::iter::once(0)
             .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1))
             .collect();
-        self.files.push(SourceFile { name: name.into(), text, included_at: None, line_starts });
+        self.files.push(SourceFile { name: name.into(), text, included_at: None, line_starts, origins: Vec::new() });
         FileId(self.files.len() as u32 - 1)
     }
 
@@ -92,6 +94,18 @@ impl SourceMap {
         by
     }
 
+    /// Tells what file and line the bytes of a compiled file came from: a list that ascends by the first byte.
+    pub fn set_origins(&mut self, id: FileId, origins: Vec<(u32, Arc<str>, u32)>) {
+        self.files[id.0 as usize].origins = origins;
+    }
+
+    /// The file and line that a place in a compiled file came from.
+    pub fn origin(&self, span: Span) -> Option<(&str, u32)> {
+        let origins = &self.file(span.file).origins;
+        let (_, file, line) = &origins[origins.partition_point(|o| o.0 <= span.start).checked_sub(1)?];
+        (*line > 0).then_some((file, *line))
+    }
+
     /// The `#include`s that lead to a place, innermost first.
     pub fn includers(&self, span: Span) -> impl Iterator<Item = Span> {
         std::iter::successors(self.file(span.file).included_at, |s| self.file(s.file).included_at)
@@ -110,6 +124,19 @@ impl SourceMap {
     /// Whether no file was added yet.
     pub fn is_empty(&self) -> bool {
         self.files.is_empty()
+    }
+
+    /// The names of all files, the main one first.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|f| f.name.as_str())
+    }
+
+    /// The text of a line (from 1) of the first file with this name; empty when there is none.
+    pub fn line_of(&self, name: &str, line: u32) -> &str {
+        match self.files.iter().position(|f| f.name == name) {
+            Some(index) if line > 0 => self.line_text(FileId(index as u32), line),
+            _ => "",
+        }
     }
 
     /// Where a span starts.

@@ -7,7 +7,11 @@
 #define VERTEX_REALS 14
 
 __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_z, __global const real *spaces,
-                       __global const real *vertices, __global real *outputs)
+                       __global const real *vertices, __global real *outputs
+#ifdef HAS_TEXTURES
+                       , __global const uint *textures
+#endif
+                       )
 {
     const uint i = (uint)get_global_id(0);
     if (i >= count) return;
@@ -28,7 +32,21 @@ __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_
     sg.backfacing = 0;
     sg.raytype = 0;
     sg.object_space = spaces;
+    sg.shader_space = spaces;
     sg.camera_space = spaces + 32;
+    sg.other_spaces = 0;
+#ifdef HAS_DERIVATIVES
+    // There are no pixels: x and y run along u and v, so that calculatenormal(P) is the displaced surface's normal.
+    sg.dPdx = sg.dPdu;
+    sg.dPdy = sg.dPdv;
+    sg.dudx = sg.dvdy = 1;
+    sg.dudy = sg.dvdx = 0;
+    sg.dIdx = sg.dIdy = sg.dPsdx = sg.dPsdy = (real3)(0);
+    sg.flip_handedness = dot(cross(sg.dPdx, sg.dPdy), sg.N) < 0;
+#endif
+#ifdef HAS_TEXTURES
+    sg.textures = textures;
+#endif
     real values[6];
     DISPLACE_ENTRY(&sg, values);
     vstore3((real3)(values[0], values[1], values[2]) - sg.P, 2 * (size_t)i, outputs);

@@ -8,9 +8,11 @@
 
 use crate::accel::row_major;
 use crate::assemble;
-use crate::device::{self, Arg, Device, Plain, Program};
+use crate::device::{self, Arg, Buffer, Device, Plain, Program};
+use crate::materials::Compiled;
 use crate::precision::Precision;
 use crate::scene::{DAffine3, DVec3, Mesh, MeshId, Scene, Vec3};
+use crate::textures;
 use oslcl_compiler::Artifact;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -36,6 +38,9 @@ pub enum Error {
     /// The generated code includes an unknown header.
     #[error(transparent)]
     Assemble(#[from] assemble::Error),
+    /// The textures can't be held.
+    #[error(transparent)]
+    Textures(#[from] textures::Error),
     /// The shader moved a vertex to no place.
     #[error(
         "mesh `{mesh}`: its displacement shader `{shader}` moves vertex {vertex} to a place that is not finite\n  \
@@ -53,19 +58,23 @@ pub enum Error {
     },
 }
 
-/// Displaces all that has a displacement shader: `artifacts` has one per material that displaces. A scene where nothing
+/// Displaces all that has a displacement shader. A scene where nothing
 /// is displaced comes back as it is.
 pub fn apply<'a>(
     scene: &'a Scene,
-    artifacts: &[Option<Artifact>],
+    compiled: &Compiled,
     device: &Device,
     precision: Precision,
 ) -> Result<Cow<'a, Scene>, Error> {
+    let artifacts = &compiled.displacements;
     let shader_of = |material: usize| artifacts.get(material).and_then(Option::as_ref);
     if scene.instances.iter().all(|i| shader_of(i.material.0 as usize).is_none()) {
         return Ok(Cow::Borrowed(scene));
     }
     let _span = tracing::info_span!("displace").entered();
+    let files = artifacts.iter().flatten().flat_map(|a| a.textures.iter().map(|t| t.file.as_str()));
+    let packed = textures::pack(&compiled.textures, files)?;
+    let packed = device.upload("textures", &packed.words)?;
     let mut programs = HashMap::new();
     let mut out = scene.clone();
     for index in 0..scene.instances.len() {
@@ -75,7 +84,7 @@ pub fn apply<'a>(
             programs.insert(artifact.entry.clone(), build(device, artifact, precision)?);
         }
         let mesh = &scene.meshes[instance.mesh.0 as usize];
-        let job = Job { mesh, transform: instance.transform, eye: scene.camera.origin, artifact };
+        let job = Job { mesh, transform: instance.transform, eye: scene.camera.origin, artifact, textures: &packed };
         let moved = match precision.is_double() {
             true => job.run::<f64>(device, &programs[&artifact.entry], scene)?,
             false => job.run::<f32>(device, &programs[&artifact.entry], scene)?,
@@ -88,8 +97,12 @@ pub fn apply<'a>(
 
 /// The shader's text with the kernel behind it, built.
 fn build(device: &Device, artifact: &Artifact, precision: Precision) -> Result<Program, Error> {
-    let text =
-        format!("{}\n#define DISPLACE_ENTRY {}\n#include \"stages/displace.cl\"\n", artifact.code, artifact.entry);
+    let macros: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
+    let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
+    let text = format!(
+        "{derivatives}{macros}{}\n#define DISPLACE_ENTRY {}\n#include \"stages/displace.cl\"\n",
+        artifact.code, artifact.entry
+    );
     let source = assemble::assemble(&format!("{}.cl", artifact.entry), &text)?;
     Ok(Program::build(device, &artifact.name, &source, precision.build_options())?)
 }
@@ -124,6 +137,7 @@ struct Job<'a> {
     transform: DAffine3,
     eye: DVec3,
     artifact: &'a Artifact,
+    textures: &'a Buffer,
 }
 
 /// A vertex as the shader sees it, world space.
@@ -160,7 +174,7 @@ impl Job<'_> {
             let first = results.len() / 6;
             let count = band.min(vertices.len() - first);
             let [x, y, z] = self.eye.to_array().map(T::arg);
-            let args = [
+            let mut args = vec![
                 Arg::U32(first as u32),
                 Arg::U32(count as u32),
                 x,
@@ -170,6 +184,9 @@ impl Job<'_> {
                 Arg::Buffer(&inputs),
                 Arg::Buffer(&outputs),
             ];
+            if !self.artifact.textures.is_empty() {
+                args.push(Arg::Buffer(self.textures));
+            }
             kernel.launch(device, &args, count.next_multiple_of(GROUP), GROUP)?;
             results.extend(device.read::<T>(&outputs, count * 6)?.into_iter().map(Into::<f64>::into));
         }

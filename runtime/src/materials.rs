@@ -4,8 +4,10 @@
 
 use crate::displace;
 use crate::scene::{Material, ParamValue, Scene};
+use crate::textures::{self, Library};
 use oslcl_compiler::diag::Diagnostic;
 use oslcl_compiler::{Artifact, Binding, Entry, Failure, Includes, Options, compile};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -42,8 +44,18 @@ pub struct Compiled {
     pub artifacts: Vec<Option<Artifact>>,
     /// One per material: what moves the vertices of surfaces that have it, [`displace::OUTPUTS`] of its displacement shader.
     pub displacements: Vec<Option<Artifact>>,
+    /// The texture files.
+    pub textures: Arc<Library>,
     /// Warnings, each with the text of its finding.
     pub warnings: Vec<String>,
+}
+
+impl Compiled {
+    /// The texture files that can be looked up, each once, with the materials' artifacts that do.
+    pub fn texture_files(&self) -> BTreeSet<&str> {
+        let artifacts = self.artifacts.iter().chain(&self.displacements).flatten();
+        artifacts.flat_map(|a| a.textures.iter().map(|t| t.file.as_str())).collect()
+    }
 }
 
 /// What a material's shader is run for.
@@ -88,13 +100,15 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
+    let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
+    let library = Arc::new(Library::new(settings));
     let next = AtomicUsize::new(0);
     let results: Vec<Mutex<Option<Result<_, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
     let work = || {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let (Some(slot), Some((material, role))) = (results.get(index), jobs.get(index)) else { break };
-            let output = compile_one(&scene.materials[*material], *role);
+            let output = compile_one(&scene.materials[*material], *role, &library);
             *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(output);
         }
     };
@@ -106,7 +120,8 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
         }
     });
     let none = vec![None; scene.materials.len()];
-    let mut compiled = Compiled { artifacts: none.clone(), displacements: none, warnings: Vec::new() };
+    let mut compiled =
+        Compiled { artifacts: none.clone(), displacements: none, textures: library.clone(), warnings: Vec::new() };
     for (result, (index, role)) in results.into_iter().zip(jobs) {
         let material = scene.materials[index].name.clone();
         match result.into_inner().unwrap_or_else(PoisonError::into_inner) {
@@ -120,6 +135,8 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
                 let plain =
                     |d: &Diagnostic| oslcl_compiler::diag::render_plain(&output.sources, std::slice::from_ref(d));
                 compiled.warnings.extend(output.warnings.iter().map(plain));
+                let missing = missing(&library, &output.artifact);
+                compiled.warnings.extend(missing.map(|m| format!("warning: material `{material}`: {m}\n")));
                 if !output.artifact.volumes.is_empty() {
                     let volumes = output.artifact.volumes.join(", ");
                     compiled.warnings.push(format!(
@@ -137,7 +154,16 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
     Ok(compiled)
 }
 
-fn compile_one(material: &Material, role: Role) -> Result<oslcl_compiler::Output, Failure> {
+/// What is wrong with texture files that a shader needs: the file, the shader, the cause.
+pub(crate) fn missing<'a>(library: &'a Library, artifact: &'a Artifact) -> impl Iterator<Item = String> + 'a {
+    let needed = artifact.textures.iter().filter(|t| t.must_exist);
+    needed.filter_map(|t| {
+        let cause = library.complaint(&t.file)?;
+        Some(format!("texture `{}` of shader `{}` counts as black: {cause}", t.file, artifact.name))
+    })
+}
+
+fn compile_one(material: &Material, role: Role, library: &Arc<Library>) -> Result<oslcl_compiler::Output, Failure> {
     let entry = match role {
         Role::Light => Entry::Material,
         Role::Displacement(_) => Entry::Grid(displace::OUTPUTS.map(str::to_owned).to_vec()),
@@ -146,6 +172,7 @@ fn compile_one(material: &Material, role: Role) -> Result<oslcl_compiler::Output
         file_name: material.path.to_string_lossy().into_owned(),
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
         entry,
+        textures: Some(library.access()),
         ..Options::default()
     };
     compile(&material.source, &options, &Beside)

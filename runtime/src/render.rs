@@ -5,11 +5,11 @@
 use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
-use crate::plan::Plan;
+use crate::plan::{Effect, Plan};
 use crate::precision::Precision;
 use crate::scene::{self, Scene};
 use crate::wavefront::{Counts, Spread, Wavefront};
-use crate::{accel, device, displace, programs, told};
+use crate::{accel, device, displace, programs, textures, told};
 use oslcl_compiler::Radiance;
 use std::time::{Duration, Instant};
 
@@ -37,6 +37,9 @@ pub enum Error {
     /// What came back as messages is none.
     #[error(transparent)]
     Messages(#[from] oslcl_compiler::messages::Damaged),
+    /// The textures can't be held.
+    #[error(transparent)]
+    Textures(#[from] textures::Error),
     /// Nothing to render.
     #[error("the scene has neither surfaces nor an environment: there is nothing to see")]
     Empty,
@@ -159,20 +162,24 @@ pub fn render(
     let compile_time = start.elapsed();
 
     let start = Instant::now();
-    let displaced = displace::apply(scene, &compiled.displacements, device, options.precision)?;
+    let displaced = displace::apply(scene, &compiled, device, options.precision)?;
     let scene = displaced.as_ref();
     let mut geometry = accel::build(scene, &plan.materials)?;
     let mut geometry_time = start.elapsed();
 
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
-    Wavefront::check_room(device, &plan, pixels, &geometry, spread)?;
+    let textures = match plan.has(Effect::Textures) {
+        true => textures::pack(&compiled.textures, compiled.texture_files())?,
+        false => textures::Packed::default(),
+    };
+    Wavefront::check_room(device, &plan, pixels, &geometry, &textures, spread)?;
     let start = Instant::now();
     let kernels = programs::build(device, &plan, spread.paths)?;
     let mut build_time = start.elapsed();
 
     let start = Instant::now();
-    let mut wavefront = Wavefront::new(device, &plan, &kernels, scene, &mut geometry, spread)?;
+    let mut wavefront = Wavefront::new(device, &plan, &kernels, scene, &mut geometry, &textures, spread)?;
     device.finish()?;
     geometry_time += start.elapsed();
 
@@ -201,7 +208,7 @@ pub fn render(
     let render_time = start.elapsed();
     let counts = wavefront.counts()?;
     let (words, lost) = wavefront.messages()?;
-    let messages = told::collect(&words, 4 * lost, scene, &compiled)?;
+    let messages = told::collect(&words, 4 * lost, scene, &compiled, &textures.messages)?;
     wavefront.log_times();
     let bytes_per_path = plan.layout.bytes_per_path(options.precision.real_bytes());
     let picture = picture(scene, options, done, &data, plan.layout.film_channels() as usize);

@@ -31,7 +31,13 @@ pub struct Messages {
 }
 
 /// Sorts and counts the records, whose points are numbers of materials.
-pub(crate) fn collect(words: &[u32], lost_bytes: u64, scene: &Scene, compiled: &Compiled) -> Result<Messages, Damaged> {
+pub(crate) fn collect(
+    words: &[u32],
+    lost_bytes: u64,
+    scene: &Scene,
+    compiled: &Compiled,
+    strings: &[String],
+) -> Result<Messages, Damaged> {
     let mut of_material: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for record in messages::records(words)? {
         of_material.entry(record[1]).or_default().extend(record);
@@ -41,7 +47,7 @@ pub(crate) fn collect(words: &[u32], lost_bytes: u64, scene: &Scene, compiled: &
         let material = scene.materials.get(number as usize).ok_or(Damaged)?;
         let artifact = compiled.artifacts.get(number as usize).and_then(Option::as_ref).ok_or(Damaged)?;
         let mut counts: BTreeMap<(Kind, String), u64> = BTreeMap::new();
-        for message in artifact.decoder([]).messages(&words)? {
+        for message in artifact.decoder(strings).messages(&words)? {
             *counts.entry((message.kind, message.text)).or_default() += 1;
         }
         out.told.extend(counts.into_iter().map(|((kind, text), count)| Told {

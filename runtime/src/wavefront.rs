@@ -11,6 +11,7 @@ use crate::plan::{BufferId, Constant, Counter, ENVIRONMENT_MAP_SIZE, Effect, Pla
 use crate::precision::Precision;
 use crate::programs::Kernels;
 use crate::scene::{MaterialId, Scene};
+use crate::textures::Packed;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
@@ -98,6 +99,7 @@ impl<'a> Wavefront<'a> {
         kernels: &'a Kernels,
         scene: &Scene,
         geometry: &mut Geometry,
+        textures: &Packed,
         spread: Spread,
     ) -> Result<Wavefront<'a>, Error> {
         let _span = tracing::info_span!("upload").entered();
@@ -114,7 +116,7 @@ impl<'a> Wavefront<'a> {
             times: tracing::enabled!(tracing::Level::DEBUG).then(RefCell::default),
         };
         for (id, name) in plan.layout.buffers() {
-            let buffer = wavefront.make(id, name, scene, geometry)?;
+            let buffer = wavefront.make(id, name, scene, geometry, textures)?;
             wavefront.buffers.insert(id, buffer);
         }
         wavefront.weigh_lights(geometry)?;
@@ -128,12 +130,16 @@ impl<'a> Wavefront<'a> {
         plan: &Plan,
         pixels: u64,
         geometry: &Geometry,
+        textures: &Packed,
         spread: Spread,
     ) -> Result<(), Error> {
         let numbers = pixels * u64::from(plan.layout.film_channels());
         let real_bytes = plan.precision.real_bytes();
-        let mut sizes: Vec<(&str, u64)> =
-            plan.layout.buffers().map(|(id, name)| (name, size(id, plan, pixels, geometry, spread))).collect();
+        let mut sizes: Vec<(&str, u64)> = plan
+            .layout
+            .buffers()
+            .map(|(id, name)| (name, size(id, plan, pixels, geometry, textures, spread)))
+            .collect();
         sizes.push(("picture", numbers * real_bytes));
         // `resolve` holds the picture as it came and in f64.
         device.check_room(&sizes, numbers * (real_bytes + 8))
@@ -143,9 +149,9 @@ impl<'a> Wavefront<'a> {
         self.plan.precision
     }
 
-    fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry) -> Result<Buffer, Error> {
+    fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry, textures: &Packed) -> Result<Buffer, Error> {
         let device = self.device;
-        let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, self.spread));
+        let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, textures, self.spread));
         let reals = |data: &[f64]| upload_reals(device, name, data, self.precision());
         match id {
             BufferId::Path | BufferId::PathUint | BufferId::Queues => empty(),
@@ -153,6 +159,7 @@ impl<'a> Wavefront<'a> {
             BufferId::Counters => device.upload(name, &vec![0u32; self.plan.layout.counter_words()]),
             BufferId::Settings => device.upload(name, &self.settings),
             BufferId::Constants => reals(&constants(scene, self.plan)),
+            BufferId::Textures => device.upload(name, &textures.words),
             BufferId::Messages => {
                 let mut messages = empty()?;
                 device.write(&mut messages, &[0, MESSAGE_WORDS])?;
@@ -373,7 +380,7 @@ impl<'a> Wavefront<'a> {
 }
 
 /// Bytes of a buffer.
-fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, spread: Spread) -> u64 {
+fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, textures: &Packed, spread: Spread) -> u64 {
     let layout = &plan.layout;
     let paths = u64::from(spread.paths);
     let cells = u64::from(ENVIRONMENT_MAP_SIZE.0) * u64::from(ENVIRONMENT_MAP_SIZE.1);
@@ -404,6 +411,7 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, spread: Spread) ->
         BufferId::EnvironmentCells => reals(2 * cells),
         BufferId::EnvironmentAlias => 4 * cells,
         BufferId::Messages => words(MESSAGE_WORDS as usize + 2),
+        BufferId::Textures => words(textures.words.len()),
     }
 }
 

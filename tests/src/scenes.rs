@@ -25,6 +25,7 @@ pub fn empty() -> Scene {
         instances: Vec::new(),
         materials: Vec::new(),
         environment: None,
+        textures: Vec::new(),
     }
 }
 

@@ -4,12 +4,15 @@
 //! written.
 
 mod effects;
+mod inputs;
 
 pub use effects::{Radiance, State};
+pub use inputs::{Inputs, Slot};
 
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
 use crate::messages::{Decoder, Site};
+use crate::passes::{self, TextureUse};
 use crate::reflect::ShaderInfo;
 use serde::Serialize;
 
@@ -43,6 +46,8 @@ pub struct Artifact {
     pub state: State,
     /// Noise kinds in use: `perlin`, `uperlin`, `cell`, `hash`, `simplex`, `usimplex`.
     pub noise: Vec<String>,
+    /// Texture files that it can look up, by name.
+    pub textures: Vec<TextureUse>,
     /// Radiance that the front side emits.
     pub emission: Radiance,
     /// Radiance of the environment.
@@ -53,12 +58,14 @@ pub struct Artifact {
     pub has_holdout: bool,
     /// Outputs of a grid function, in order; empty for materials.
     pub outputs: Vec<Output>,
+    /// What the renderer supplies beside the globals.
+    pub inputs: Inputs,
     /// The calls that print, by the number in their records. When there are any, the code needs `HAS_MESSAGES` defined and
     /// the records' buffer in `ShaderGlobals` (kernels/osl/records.h).
     pub sites: Vec<Site>,
     /// The texts of the strings in the code, sorted.
     pub strings: Vec<String>,
-    /// Parameters, defaults and metadata as written.
+    /// Parameters, defaults and metadata as written; of a group those of its last layer.
     pub info: ShaderInfo,
 }
 
@@ -78,11 +85,14 @@ impl Artifact {
             globals: effects.globals,
             state: effects.state,
             noise: effects.noise,
+            // Names that are not known were refused by the passes.
+            textures: passes::textures(shader).unwrap_or_default(),
             emission: effects.emission,
             background: effects.background,
             has_transparent: effects.transparent,
             has_holdout: effects.holdout,
             outputs: code.outputs,
+            inputs: inputs::of(shader),
             sites: code.sites,
             strings: code.strings,
             info,

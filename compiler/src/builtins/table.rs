@@ -121,18 +121,7 @@ pub static TABLE: &[Row] = &[
     row("linearstep", &["T(T,T,T)", "triple(float,float,triple)"], Componentwise),
     row("smoothstep", &["T(T,T,T)", "triple(float,float,triple)"], Componentwise),
     row("smooth_linearstep", &["T(T,T,T,T)", "triple(float,float,triple,float)"], Componentwise),
-    row(
-        "aastep",
-        &[
-            "float(float,float)",
-            "float(float,float,float)",
-            "float(float,float,float,float)",
-            "float(float,float,string)",
-            "float(float,float,float,string)",
-            "float(float,float,float,float,string)",
-        ],
-        NotYet,
-    ),
+    row("aastep", &["float(float,float)", "float(float,float,float)", "float(float,float,float,float)"], Special),
     row("noise", NOISE_NAMED, Special),
     row("snoise", NOISE, Special),
     row("cellnoise", NOISE, Special),
@@ -148,6 +137,13 @@ pub static TABLE: &[Row] = &[
     row("noise_simplex", NOISE_KIND, Internal),
     row("noise_usimplex", NOISE_KIND, Internal),
     row("noise_gabor", GABOR_KIND, Internal),
+    // Slopes of noise: row j holds the derivatives of the result's components by coordinate j.
+    row("noise_perlin_slopes", NOISE_SLOPES, Internal),
+    row("noise_perlin_slopes_triple", NOISE_SLOPES, Internal),
+    row("noise_simplex_slopes", NOISE_SLOPES, Internal),
+    row("noise_simplex_slopes_triple", NOISE_SLOPES, Internal),
+    row("pnoise_perlin_slopes", PNOISE_SLOPES, Internal),
+    row("pnoise_perlin_slopes_triple", PNOISE_SLOPES, Internal),
     row("pnoise_perlin", PNOISE_KIND, Internal),
     row("pnoise_uperlin", PNOISE_KIND, Internal),
     row("pnoise_cell", PNOISE_KIND, Internal),
@@ -158,7 +154,7 @@ pub static TABLE: &[Row] = &[
         &["int(int)", "int(float)", "int(float,float)", "int(point)", "int(point,float)", "int(string)"],
         Special,
     ),
-    row("hash_string", &["int(string)"], Internal),
+    row("hash_string", &["int(string)"], InternalHost),
     // What stands for a name that is none of the known ones: what kind of name, those known (with commas), the name.
     row(
         "unknown_name",
@@ -178,6 +174,12 @@ pub static TABLE: &[Row] = &[
     row("spline_hermite", SPLINE_KIND, Internal),
     row("spline_linear", SPLINE_KIND, Internal),
     row("spline_constant", SPLINE_KIND, Internal),
+    // Slopes of splines by their position.
+    row("spline_catmullrom_slope", SPLINE_KIND, Internal),
+    row("spline_bezier_slope", SPLINE_KIND, Internal),
+    row("spline_bspline_slope", SPLINE_KIND, Internal),
+    row("spline_hermite_slope", SPLINE_KIND, Internal),
+    row("spline_linear_slope", SPLINE_KIND, Internal),
     row(
         "splineinverse",
         &["float(string,float,float[])", "float(string,float,int,float[])", "float(string,float,float,float,...)"],
@@ -189,13 +191,15 @@ pub static TABLE: &[Row] = &[
     row("splineinverse_hermite", SPLINEINVERSE_KIND, Internal),
     row("splineinverse_linear", SPLINEINVERSE_KIND, Internal),
     row("splineinverse_constant", SPLINEINVERSE_KIND, Internal),
-    // Derivatives.
-    row("Dx", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
-    row("Dy", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
-    row("Dz", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
-    row("filterwidth", &["float(float)", "vector(point)", "vector(vector)"], NotYet),
-    row("area", &["float(point)"], NotYet),
-    row("calculatenormal", &["vector(point)"], NotYet),
+    // Derivatives (passes/derivatives replaces the calls).
+    row("Dx", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], Direct),
+    row("Dy", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], Direct),
+    row("Dz", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], Direct),
+    row("filterwidth", &["float(float)", "vector(point)", "vector(vector)"], Direct),
+    row("area", &["float(point)"], Direct),
+    row("calculatenormal", &["vector(point)"], Direct),
+    // 1 when raster space and common space turn opposite ways.
+    row("flip_handedness", &["int()"], InternalState),
     row("displace", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
     row("bump", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
     // Strings.
@@ -215,21 +219,35 @@ pub static TABLE: &[Row] = &[
     row(
         "split",
         &["int(string,out string[],string,int)", "int(string,out string[],string)", "int(string,out string[])"],
-        NotYet,
+        Host,
     ),
     row("substr", &["string(string,int)", "string(string,int,int)"], Host),
     row("getchar", &["int(string,int)"], Host),
-    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], NotYet),
-    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], NotYet),
+    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], Host),
+    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], Host),
     // Texture.
     row(
         "texture",
         &["float(string,float,float,...)", "color(string,float,float,...)", "vector(string,float,float,...)"],
-        NotYet,
+        Special,
     ),
-    row("texture3d", &["float(string,point,...)", "color(string,point,...)", "vector(string,point,...)"], NotYet),
-    row("environment", &["float(string,vector,...)", "color(string,vector,...)", "vector(string,vector,...)"], NotYet),
-    row("gettextureinfo", &["int(string,string,...)", "int(string,float,float,string,...)"], NotYet),
+    row("texture3d", &["float(string,point,...)", "color(string,point,...)", "vector(string,point,...)"], Special),
+    row("environment", &["float(string,vector,...)", "color(string,vector,...)", "vector(string,vector,...)"], Special),
+    row("gettextureinfo", &["int(string,string,any)", "int(string,float,float,string,any)"], Special),
+    // The lookups, and their derivatives by s, t and r. `lower::texture` says what each argument is. A lookup's own
+    // derivative by x is _ds times that of s plus _dt times that of t; its other arguments have none.
+    row("texture_lookup", TEXTURE, InternalState),
+    row("texture_ds", TEXTURE, InternalState),
+    row("texture_dt", TEXTURE, InternalState),
+    row("texture3d_lookup", TEXTURE3D, InternalState),
+    row("texture3d_ds", TEXTURE3D, InternalState),
+    row("texture3d_dt", TEXTURE3D, InternalState),
+    row("texture3d_dr", TEXTURE3D, InternalState),
+    row("environment_lookup", ENVIRONMENT, InternalState),
+    // File, s, t, subimage by number and by name: the message of a lookup that finds nothing, else "".
+    row("texture_error", &["string(string,float,float,int,string)"], InternalState),
+    // File, s, t, whether they were given, which information. The pass `textures` answers it.
+    row("textureinfo", &["int(string,float,float,int,string,out any)"], Internal),
     row("pointcloud_search", &["int(string,point,float,int,...)"], NotYet),
     row("pointcloud_get", &["int(string,int[],int,string,...)"], NotYet),
     row("pointcloud_write", &["int(string,point,...)"], NotYet),
@@ -242,7 +260,11 @@ pub static TABLE: &[Row] = &[
     row("raytype_bit", &["int(int)"], InternalState),
     row("backfacing", &["int()"], State),
     row("isconnected", &["int(any)"], Special),
+    // By the flattened name of a parameter; `passes::link` knows the answer.
+    row("is_connected", &["int(string)"], InternalHost),
     row("isconstant", &["int(any)"], Special),
+    // 1 when folding finds the argument constant, else 0.
+    row("is_constant", &["int(int)", "int(float)", "int(vector)", "int(matrix)", "int(string)"], InternalHost),
     row("iscameraray", &["int()"], Special),
     row("isdiffuseray", &["int()"], Special),
     row("isglossyray", &["int()"], Special),
@@ -252,6 +274,8 @@ pub static TABLE: &[Row] = &[
     row("dict_value", &["int(int,string,...)"], NotYet),
     row("trace", &["int(point,vector,...)"], NotYet),
     row("arraylength", &["int(any[])"], Special),
+    // Of an unsized parameter, whose length `passes::link` knows.
+    row("array_length", &["int(any[])"], InternalHost),
     row("exit", &["void()"], Special),
     row("random", &["float()", "color()", "point()", "vector()", "normal()"], NotYet),
 ];
@@ -404,6 +428,17 @@ const NOISE_KIND: &[&str] = &[
     "vector(vector,float)",
 ];
 
+/// The slopes of one kind of noise.
+const NOISE_SLOPES: &[&str] = &["matrix(float)", "matrix(float,float)", "matrix(vector)", "matrix(vector,float)"];
+
+/// The slopes of one kind of periodic noise.
+const PNOISE_SLOPES: &[&str] = &[
+    "matrix(float,float)",
+    "matrix(float,float,float,float)",
+    "matrix(vector,vector)",
+    "matrix(vector,float,vector,float)",
+];
+
 /// One kind of periodic noise after its name was resolved.
 const PNOISE_KIND: &[&str] = &[
     "float(float,float)",
@@ -414,6 +449,23 @@ const PNOISE_KIND: &[&str] = &[
     "vector(float,float,float,float)",
     "vector(vector,vector)",
     "vector(vector,float,vector,float)",
+];
+
+/// File; s, t, dsdx, dtdx, dsdy, dtdy; mode, first channel, subimage by number, by name; swidth, twidth, sblur, tblur, fill;
+/// colour of a missing file.
+const TEXTURE: &[&str] = &[
+    "float(string,float,float,float,float,float,float,int,int,int,string,float,float,float,float,float,vector)",
+    "vector(string,float,float,float,float,float,float,int,int,int,string,float,float,float,float,float,vector)",
+];
+
+/// File; position; mode, first channel, subimage by number, by name; fill; colour of a missing file.
+const TEXTURE3D: &[&str] =
+    &["float(string,point,int,int,int,string,float,vector)", "vector(string,point,int,int,int,string,float,vector)"];
+
+/// File; R, dRdx, dRdy; the rest as in `TEXTURE`.
+const ENVIRONMENT: &[&str] = &[
+    "float(string,vector,vector,vector,int,int,int,string,float,float,float,float,float,vector)",
+    "vector(string,vector,vector,vector,int,int,int,string,float,float,float,float,float,vector)",
 ];
 
 /// Point, its differences between pixels along x and y; anisotropic, direction, bandwidth, impulses, do_filter.

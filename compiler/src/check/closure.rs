@@ -46,7 +46,7 @@ impl Checker {
             VendorClosure::No => Some(args),
             VendorClosure::Unknown => {
                 let message = format!("nothing says what the closure `{name}` looks like: it contributes nothing");
-                let d = Diagnostic::warning("W2005", span, message).label(function.span, "declared here");
+                let d = Diagnostic::warning("W2009", span, message).label(function.span, "declared here");
                 self.warnings.push(d.help("a mapping can tell: docs/closures.md"));
                 Some(args)
             }
@@ -98,7 +98,7 @@ impl Checker {
             };
             let ExprKind::Str(text) = &token.kind else {
                 let message = "the name of an option has to be a literal; this one is left out";
-                self.warnings.push(Diagnostic::warning("W2004", token.span, message));
+                self.warnings.push(Diagnostic::warning("W2008", token.span, message));
                 continue;
             };
             if text == "label" {
@@ -115,7 +115,7 @@ impl Checker {
                 let message = format!("`{name}` does not know the option \"{text}\" and leaves it out");
                 let tokens: Vec<&str> = known.iter().map(|k| k.0).chain(["label"]).collect();
                 let help = suggest::known_names(text, &tokens);
-                self.warnings.push(Diagnostic::warning("W2004", token.span, message).help(help));
+                self.warnings.push(Diagnostic::warning("W2008", token.span, message).help(help));
             }
         }
         (!failed).then_some((values, label))

@@ -6,7 +6,7 @@ use crate::reflect::Value;
 use crate::types::{Base, Type};
 
 /// The value, when the expression is made of literals, conversions, constructors and arithmetic.
-pub(super) fn value(e: &Expr) -> Option<Value> {
+pub(crate) fn value(e: &Expr) -> Option<Value> {
     Some(match &e.kind {
         ExprKind::Int(v) => Value::Int(*v),
         ExprKind::Float(v) => Value::Float(*v),

@@ -5,20 +5,27 @@
 //! the parser accepts. It must not know files, the environment or time.
 
 mod group;
+mod host;
+mod oso_text;
+mod text;
 
 use crate::artifact::Artifact;
 use crate::diag::{self, Diagnostic};
-use crate::ir::{Const, Shader};
+use crate::ir::{self, Const, Shader, Ty};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
-use crate::{check, interp, lower, parse, vendor};
+use crate::textures::TextureAccess;
+use crate::{check, interp, lower, oso, parse, vendor};
 use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
-pub use crate::passes::link::{Connection, Hints};
+pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
+pub use host::HostRun;
+pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
+pub use text::{ParseError, TextError};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +43,27 @@ pub enum Binding {
 }
 
 impl Binding {
+    /// The value as the numbers of a slot, one per real; a string by its id. `None` when it does not fit the slot's type.
+    pub fn numbers(&self, slot: &crate::artifact::Slot) -> Option<Vec<f64>> {
+        use crate::types::{Base, Extent};
+        let ty = match slot.resolved.base {
+            Base::Int => Ty::Int,
+            Base::Float => Ty::Float,
+            Base::Matrix => Ty::Matrix,
+            Base::String => Ty::Str,
+            base if base.is_triple() => Ty::Triple,
+            _ => return None,
+        };
+        let len = match slot.resolved.extent {
+            Extent::Scalar => None,
+            Extent::Fixed(n) => Some(n),
+            Extent::Unsized => return None,
+        };
+        let mut out = Vec::new();
+        ir::numbers(&crate::passes::fitted(&self.constant(), ty, len)?, &mut out);
+        Some(out)
+    }
+
     fn constant(&self) -> Const {
         match self {
             Binding::Int(v) => i32::try_from(*v).map_or(Const::Float(*v as f64), Const::Int),
@@ -62,8 +90,17 @@ pub struct Options {
     pub closures: Vec<vendor::Mapping>,
     /// What to write.
     pub entry: Entry,
+    /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
+    /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
+    pub userdata: Option<Vec<Userdata>>,
+    /// Whether `isconnected` says that a parameter which may read userdata is connected.
+    pub userdata_is_connected: bool,
+    /// When the layers of a group run.
+    pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
+    pub textures: Option<TextureAccess>,
 }
 
 impl Default for Options {
@@ -75,7 +112,11 @@ impl Default for Options {
             bindings: Vec::new(),
             closures: Vec::new(),
             entry: Entry::Material,
+            userdata: None,
+            userdata_is_connected: false,
+            lazy: Lazy::default(),
             line_directives: false,
+            textures: None,
         }
     }
 }
@@ -94,7 +135,7 @@ pub struct Output {
 /// Why there is no result: at least one error.
 #[derive(Clone, Debug, thiserror::Error)]
 pub struct Failure {
-    /// Errors.
+    /// Errors, and the warnings said on the way.
     pub diagnostics: Vec<Diagnostic>,
     /// What they point into.
     pub sources: Arc<SourceMap>,
@@ -126,11 +167,15 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("oslutil.h", include_str!("../../../shaders-osl/oslutil.h")),
     ("vector2.h", include_str!("../../../shaders-osl/vector2.h")),
     ("vector4.h", include_str!("../../../shaders-osl/vector4.h")),
+    (OSO_FUNCTIONS, include_str!("../../../shaders-osl/oso_functions.h")),
 ];
 
 /// What vendors' closures look like: headers whose functions stand for the vendors' declarations.
 pub(crate) const CLOSURE_MAPPINGS: &[(&str, &str)] =
     &[("stdcycles.h", include_str!("../../../shaders-osl/stdcycles.h"))];
+
+/// Built-in functions that `.oso` has no operations for, as OSL.
+const OSO_FUNCTIONS: &str = "oso_functions.h";
 
 /// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
 /// headers can be replaced by files of the same name.
@@ -175,6 +220,9 @@ pub struct Master {
 /// Most `#include`s that are named with a finding.
 const MAX_INCLUDERS: usize = 8;
 
+/// What is said at them.
+const INCLUDED: &str = "included here";
+
 /// Lines whose warnings are silenced.
 type Silenced = Vec<(FileId, u32)>;
 
@@ -185,10 +233,19 @@ fn tell(sources: &SourceMap, nowarn: &Silenced, list: Vec<Diagnostic>) -> Vec<Di
     let mut out = Vec::with_capacity(list.len());
     for mut d in list.into_iter().filter(|d| d.is_error() || !silenced(d)) {
         // A circle of includes is named whole in its message.
-        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002").map(|l| l.span) {
+        let told = d.labels.iter().any(|l| l.text == INCLUDED);
+        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002" && !told).map(|l| l.span) {
             for span in sources.includers(first).take(MAX_INCLUDERS) {
-                d = d.label(span, "included here");
+                d = d.label(span, INCLUDED);
             }
+        }
+        if let Some((file, line)) = d.labels.first().and_then(|l| sources.origin(l.span)) {
+            let origin = format!("it comes from {file}:{line}");
+            d.help = Some(match d.help.take() {
+                Some(help) if help.contains(&origin) => help,
+                Some(help) => format!("{help}; {origin}"),
+                None => origin,
+            });
         }
         out.push(d);
     }
@@ -207,29 +264,116 @@ impl Drop for Master {
 /// What the front half yields: the IR, the reflection, the warnings.
 type Front = Result<(Shader, ShaderInfo, Vec<Diagnostic>, Silenced), Vec<Diagnostic>>;
 
-fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
-    let settings = preprocess::Options {
+/// The checked tree of a source, with what was said on the way.
+struct Parsed {
+    checked: check::Checked,
+    /// Of the front half, silenced ones left out.
+    warnings: Vec<Diagnostic>,
+    nowarn: Silenced,
+    /// After the preprocessor.
+    text: String,
+}
+
+fn preprocess_options(options: &Options) -> preprocess::Options {
+    preprocess::Options {
         defines: options.defines.clone(),
         undefines: options.undefines.clone(),
         ..preprocess::Options::default()
+    }
+}
+
+/// Parses and checks. After syntax errors the checker looks at what could be read.
+fn tree(
+    pre: &preprocess::Preprocessed,
+    options: &Options,
+    includes: &dyn Includes,
+    sources: &mut SourceMap,
+) -> Result<check::Checked, Vec<Diagnostic>> {
+    let parse::Parsed { mut file, errors } = parse::recover(pre);
+    if errors.is_empty() {
+        vendor::complete(&mut file, &options.closures, &WithEmbedded(includes), sources)?;
+        return check::check(&file);
+    }
+    let mut all = errors;
+    if !file.items.is_empty()
+        && let Err(found) = check::check(&file)
+    {
+        // What is missing may have stood where nothing could be read.
+        all.extend(found.into_iter().filter(|d| !matches!(d.code, "E2009" | "E2013" | "E2015" | "W2007")));
+    }
+    Err(all)
+}
+
+fn in_order(mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    list.sort_by_key(|d| d.labels.first().map(|l| (l.span.file, l.span.start)));
+    list
+}
+
+/// What a source is compiled to.
+#[derive(Clone, Copy, PartialEq)]
+enum Target {
+    Ir,
+    Oso,
+}
+
+/// Whether a label points into the functions that stand before sources compiled to `.oso`.
+fn in_prelude(sources: &SourceMap, label: &diag::Label) -> bool {
+    sources.file(label.span.file).name.trim_matches(['<', '>']) == OSO_FUNCTIONS
+}
+
+fn checked(
+    source: &str,
+    options: &Options,
+    target: Target,
+    includes: &dyn Includes,
+    sources: &mut SourceMap,
+) -> Result<Parsed, Vec<Diagnostic>> {
+    let mut settings = preprocess_options(options);
+    if target == Target::Oso {
+        settings.prelude = Some(OSO_FUNCTIONS);
+    }
+    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
+        .map_err(|list| tell(sources, &Silenced::new(), list))?;
+    let mut checked = match tree(&pre, options, includes, sources) {
+        Ok(checked) => checked,
+        Err(mut found) => {
+            found.retain(|d| d.is_error() || !d.labels.iter().any(|l| in_prelude(sources, l)));
+            // What was said before belongs to the errors too.
+            let mut all = tell(sources, &Silenced::new(), pre.warnings);
+            all.extend(tell(sources, &pre.nowarn, found));
+            return Err(in_order(all));
+        }
     };
-    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
-    let mut file = parse::parse(&pre)?;
-    vendor::complete(&mut file, &options.closures, &WithEmbedded(includes), sources)?;
-    let checked = check::check(&file)?;
-    let shader = lower::lower(&checked)?;
+    // That functions of the prelude hide the built-ins, or the user's hide them, is as it should be.
+    checked.warnings.retain(|d| !d.labels.iter().any(|l| in_prelude(sources, l)));
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
-    warnings.extend(tell(sources, &pre.nowarn, checked.warnings));
-    Ok((shader, checked.info, warnings, pre.nowarn))
+    warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));
+    Ok(Parsed { checked, warnings, nowarn: pre.nowarn, text: pre.text })
+}
+
+fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {
+    if oso::is_oso(source) {
+        return oso_text::front(source, options, sources);
+    }
+    let front = checked(source, options, Target::Ir, includes, sources)?;
+    let shader = lower::lower(&front.checked)
+        .map_err(|list| in_order([tell(sources, &front.nowarn, list), front.warnings.clone()].concat()))?;
+    Ok((shader, front.checked.info, front.warnings, front.nowarn))
 }
 
 impl Master {
     /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines` and `undefines`.
+    /// Takes the text of an `.oso` file too.
     pub fn new(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Master, Failure> {
+        Master::of(|sources| front(source, options, includes, sources))
+    }
+
+    /// A master of what the front half yields.
+    fn of(front: impl FnOnce(&mut SourceMap) -> Front + Send) -> Result<Master, Failure> {
         let (result, sources) = match on_large_stack(|| {
             let mut sources = SourceMap::default();
-            let result = front(source, options, includes, &mut sources);
+            let result = front(&mut sources);
             let result = result.map(|(shader, info, warnings, nowarn)| (Box::new(shader), info, warnings, nowarn));
             (result, Arc::new(sources))
         }) {
@@ -240,7 +384,7 @@ impl Master {
             Ok((shader, info, warnings, nowarn)) => {
                 Ok(Master { shader: Some(shader), info, warnings, nowarn, sources })
             }
-            Err(list) => Err(Failure { diagnostics: tell(&sources, &Silenced::new(), list), sources }),
+            Err(diagnostics) => Err(Failure { diagnostics, sources }),
         }
     }
 
@@ -281,6 +425,17 @@ impl Master {
         Ok(points.pop().unwrap_or_default())
     }
 
+    /// Runs the shader on the host; see [`Group::run_on_host`].
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        group::Parts::one(self, options).run_on_host(options, outputs, count, point)
+    }
+
     /// As [`Master::evaluate`], for many points.
     pub fn evaluate_all(
         &self,
@@ -288,7 +443,7 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        group::Parts::one(self, options).evaluate_all(outputs, points)
+        group::Parts::one(self, options).evaluate_all(options, outputs, points)
     }
 }
 

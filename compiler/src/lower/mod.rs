@@ -15,6 +15,7 @@ mod noise;
 mod place;
 mod special;
 mod stmt;
+mod texture;
 
 use crate::check::Checked;
 use crate::check::typed::{self, FunctionId, VarId, VarKind};
@@ -41,6 +42,7 @@ pub fn lower(checked: &Checked) -> Result<ir::Shader, Vec<Diagnostic>> {
             values: Vec::new(),
             body: Block::default(),
             slots: Vec::new(),
+            inputs: Vec::new(),
         },
         env: HashMap::new(),
         blocks: Vec::new(),
@@ -234,6 +236,7 @@ impl<'a> Lower<'a> {
                     varying: param.varying,
                     init,
                     span: var.span,
+                    traits: param.traits,
                 });
             }
             Storage::Struct(fields) => {

@@ -32,6 +32,8 @@ pub struct Options {
     pub undefines: Vec<String>,
     /// Do not include `stdosl.h` before the first line.
     pub without_stdosl: bool,
+    /// A file to include behind `stdosl.h`, before the first line.
+    pub prelude: Option<&'static str>,
 }
 
 /// The text after preprocessing, and the way back.
@@ -67,6 +69,30 @@ impl Preprocessed {
         }
     }
 
+    /// The text with a `# line "file"` marker wherever the next line is not the one that follows in its file.
+    pub fn with_line_markers(&self, sources: &SourceMap) -> String {
+        let mut out = String::with_capacity(self.text.len());
+        let mut expected: Option<(FileId, u32)> = None;
+        let mut start = 0;
+        for line in self.text.split_inclusive('\n') {
+            let first = start + line.len() - line.trim_start().len();
+            if !line.trim().is_empty() {
+                let span = self.place_at(first);
+                let here = (span.file, sources.line(span));
+                if expected != Some(here) {
+                    out.push_str(&format!("# {} \"{}\"\n", here.1, sources.file(span.file).name));
+                }
+                expected = Some((here.0, here.1 + 1));
+                out.push_str(line);
+            }
+            start += line.len();
+        }
+        if !out.is_empty() && !out.ends_with('\n') {
+            out.push('\n');
+        }
+        out
+    }
+
     fn place_at(&self, at: usize) -> Span {
         let i = self.places.partition_point(|p| p.0 as usize <= at);
         match self.places.get(i.saturating_sub(1)) {
@@ -97,6 +123,9 @@ pub fn preprocess(
     let mut run = directives::Run::new(options, includes, sources);
     if !options.without_stdosl {
         run.include_implicitly("stdosl.h");
+    }
+    if let Some(prelude) = options.prelude {
+        run.include_implicitly(prelude);
     }
     run.file(main);
     run.finish()

@@ -200,6 +200,9 @@ pub struct ShadeArgs {
     /// Bind a parameter: a number, numbers with commas, or text; may be repeated.
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     pub param: Vec<String>,
+    /// A folder to look for textures in; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    pub textures: Vec<PathBuf>,
     /// OpenCL device: its number in `oslcl devices` or a part of its name.
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<String>,

@@ -48,6 +48,18 @@ pub enum Error {
         /// Bytes that the device has for them.
         available: u64,
     },
+    /// One buffer is larger than the device takes, whatever memory there is.
+    #[error("`{device}` takes no buffer of {}: `{buffer}` would have {}", Bytes(*limit), Bytes(*bytes))]
+    BufferTooLarge {
+        /// The device's name.
+        device: String,
+        /// The buffer's label.
+        buffer: String,
+        /// Bytes that it asks for.
+        bytes: u64,
+        /// Bytes of the largest that the device takes.
+        limit: u64,
+    },
     /// A program did not build.
     #[error("OpenCL program `{program}` does not build on `{device}`: {code}\n{log}")]
     Build {

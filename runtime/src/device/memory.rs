@@ -54,6 +54,7 @@ impl Device {
         if bytes > self.info.memory {
             return Err(full());
         }
+        self.check_buffer(label, bytes)?;
         let size = bytes.max(1);
         // SAFETY: no host pointer is passed, so OpenCL allocates the memory itself.
         let inner = unsafe { ClBuffer::<u8>::create(&self.context, CL_MEM_READ_WRITE, size as usize, ptr::null_mut()) };
@@ -61,10 +62,22 @@ impl Device {
         Ok(Buffer { label: label.to_string(), bytes: size, inner })
     }
 
+    /// Whether one buffer can be as large as this.
+    fn check_buffer(&self, label: &str, bytes: u64) -> Result<(), Error> {
+        if bytes <= self.info.largest_buffer {
+            return Ok(());
+        }
+        let (device, buffer) = (self.info.name.clone(), label.to_string());
+        Err(Error::BufferTooLarge { device, buffer, bytes, limit: self.info.largest_buffer })
+    }
+
     /// Whether buffers of these labels and sizes fit together. Call it before making them: some drivers promise more memory
     /// than there is, and have the system end the program when it is used. `beside`: bytes that the host will need at the
     /// same time; they count where host and device share their memory.
     pub fn check_room(&self, buffers: &[(&str, u64)], beside: u64) -> Result<(), Error> {
+        for (label, bytes) in buffers {
+            self.check_buffer(label, *bytes)?;
+        }
         let of_host = self.info.kind == DeviceKind::Cpu;
         let available = if of_host {
             host_memory().map_or(self.info.memory, |free| free.min(self.info.memory))

@@ -44,6 +44,8 @@ pub struct DeviceInfo {
     pub kind: DeviceKind,
     /// Bytes of global memory.
     pub memory: u64,
+    /// Bytes of the largest buffer.
+    pub largest_buffer: u64,
     /// Compute units.
     pub units: u32,
     /// Has 64-bit floats.
@@ -85,6 +87,7 @@ pub fn list() -> Result<Vec<DeviceInfo>, Error> {
                 driver: text(device.driver_version()),
                 kind,
                 memory: device.global_mem_size().unwrap_or(0),
+                largest_buffer: device.max_mem_alloc_size().unwrap_or(u64::MAX),
                 units: device.max_compute_units().unwrap_or(1),
                 double: device.double_fp_config().is_ok_and(|c| c != 0),
                 id,

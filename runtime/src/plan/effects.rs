@@ -49,11 +49,15 @@ effects! {
     Normals: "normals", "interpolated shading normals";
     Uvs: "uvs", "texture coordinates";
     Tangents: "tangents", "dPdu and dPdv";
+    Derivatives: "derivatives", "footprints of pixels: Dx(), filterwidth(), filtered textures";
     SurfaceArea: "surface_area", "surfacearea()";
     ObjectSpace: "object_space", "object and shader space";
     CameraSpace: "camera_space", "camera space";
     RayType: "raytype", "raytype()";
     Messages: "messages", "what shaders print";
+    Textures: "textures", "texture files";
+    TextureCubic: "texture_cubic", "cubic interpolation between texels";
+    TextureClosest: "texture_closest", "the closest texel alone";
     Holdout: "holdout", "holdout: an alpha channel";
     LobeDiffuse: "lobe_diffuse", "a lobe of the BSDFs";
     LobeOrenNayar: "lobe_oren_nayar", "a lobe of the BSDFs";
@@ -173,6 +177,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         }
         let state = &artifact.state;
         let asks = [
+            (state.derivatives, Derivatives),
             (state.surface_area, SurfaceArea),
             (state.object_space, ObjectSpace),
             (state.camera_space, CameraSpace),
@@ -183,6 +188,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         for (_, effect) in asks.into_iter().filter(|(asked, _)| *asked) {
             ask(effect, who.clone());
         }
+        textures(artifact, &who, ask);
         for global in &artifact.globals {
             match *global {
                 "dPdu" | "dPdv" => {
@@ -204,6 +210,21 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
     }
 }
 
+/// Texture files, and the samples that are taken of them.
+fn textures(artifact: &Artifact, who: &str, ask: &mut dyn FnMut(Effect, String)) {
+    for texture in &artifact.textures {
+        let who = format!("{who}: {}", texture.file);
+        for interp in &texture.interps {
+            match *interp {
+                "cubic" | "smartcubic" => ask(TextureCubic, who.clone()),
+                "closest" => ask(TextureClosest, who.clone()),
+                _ => {}
+            }
+        }
+        ask(Textures, who);
+    }
+}
+
 fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, String)) {
     let Some(id) = scene.environment else { return };
     let Some(code) = &materials[id.0 as usize] else { return };
@@ -213,12 +234,16 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
         // Without surfaces nothing is gained by a second way to the same picture.
         Radiance::Constant(_) if !scene.instances.is_empty() => ask(Environment, who),
         Radiance::Constant(_) | Radiance::Varying => {
+            if code.state.derivatives {
+                ask(Derivatives, who.clone());
+            }
             if code.state.camera_space {
                 ask(CameraSpace, who.clone());
             }
             if !code.sites.is_empty() {
                 ask(Messages, who.clone());
             }
+            textures(code, &who, ask);
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());
             if !scene.instances.is_empty() {

@@ -71,6 +71,8 @@ const REALS: &[Field] = &[
     field("shadow_d", 3, DIRECT),
     field("shadow_t", 1, DIRECT),
     field("shadow_L", 3, DIRECT),
+    field("cone_width", 1, &[Derivatives]),
+    field("cone_spread", 1, &[Derivatives]),
     field("light_u", 1, &[VaryingLights]),
     field("light_v", 1, &[VaryingLights]),
 ];
@@ -113,6 +115,7 @@ pub enum BufferId {
     EnvironmentCells,
     EnvironmentAlias,
     Messages,
+    Textures,
 }
 
 /// Id, name in the kernels, C type, and which effects call for it (none: always).
@@ -142,6 +145,7 @@ const BUFFERS: &[BufferRow] = &[
     (BufferId::EnvironmentCells, "environment_cells", "__global const real *", &[EnvironmentSampling]),
     (BufferId::EnvironmentAlias, "environment_alias", "__global const uint *", &[EnvironmentSampling]),
     (BufferId::Messages, "messages", "__global uint *", &[Messages]),
+    (BufferId::Textures, "textures", "__global const uint *", &[Textures]),
 ];
 
 /// A setting: an unsigned int that kernels read.

@@ -34,6 +34,7 @@ impl Scene {
             instances: Vec::new(),
             materials: Vec::new(),
             environment: None,
+            textures: Vec::new(),
         }
     }
 

@@ -29,7 +29,7 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
         cause: error.message().to_string(),
     })?;
     let root = Table::root(text, &document);
-    root.only(&["camera", "film", "integrator", "materials", "meshes", "instances", "environment"])?;
+    root.only(&["camera", "film", "integrator", "materials", "meshes", "instances", "environment", "textures"])?;
     let mut builder = Builder {
         scene: Scene::new(camera(&root.need("camera")?.table()?)?, Film::default()),
         materials: BTreeMap::new(),
@@ -58,6 +58,13 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
     }
     for table in root.get("instances").map_or(Ok(Vec::new()), |instances| instances.tables())? {
         builder.instance(&table)?;
+    }
+    let here = path.parent().unwrap_or(Path::new(""));
+    builder.scene.textures.push(here.to_path_buf());
+    if let Some(folders) = root.get("textures") {
+        for folder in folders.items().ok_or_else(|| folders.wrong_type("a list of folders"))? {
+            builder.scene.textures.push(here.join(folder.string()?));
+        }
     }
     if let Some(environment) = root.get("environment") {
         builder.scene.environment = Some(match environment.raw().as_str() {

@@ -42,6 +42,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// The material whose shader gives the radiance of rays that leave the scene; black without one.
     pub environment: Option<MaterialId>,
+    /// Folders that textures are looked for in, in order; then names are taken as they are.
+    pub textures: Vec<PathBuf>,
 }
 
 /// Index into [`Scene::meshes`].

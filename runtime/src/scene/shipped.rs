@@ -23,6 +23,7 @@ shipped![
     "rough_glass",
     "sky",
     "standard_surface",
+    "textured",
     "velvet",
     "wood",
 ];

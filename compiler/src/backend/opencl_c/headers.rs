@@ -6,10 +6,15 @@ pub(super) fn of_op(name: &str) -> &'static str {
     if of_matrix { "osl/matrix.h" } else { "osl/ops.h" }
 }
 
+/// What the rows of texture lookups start with.
+const TEXTURES: [&str; 3] = ["texture", "texture3d", "environment"];
+
 /// The header of a built-in's kernel function, by the name of its row.
 pub(super) fn of_function(name: &str) -> &'static str {
     if let Some(kind) = name.strip_prefix("noise_").or_else(|| name.strip_prefix("pnoise_")) {
         return match kind {
+            "perlin_slopes" | "perlin_slopes_triple" => "osl/noise_perlin_slopes.h",
+            "simplex_slopes" | "simplex_slopes_triple" => "osl/noise_simplex_slopes.h",
             "perlin" | "uperlin" => "osl/noise_perlin.h",
             "simplex" | "usimplex" => "osl/noise_simplex.h",
             "cell" => "osl/noise_cell.h",
@@ -17,8 +22,18 @@ pub(super) fn of_function(name: &str) -> &'static str {
             _ => "osl/noise_hash.h",
         };
     }
+    if name.ends_with("_slope") {
+        return "osl/spline_slope.h";
+    }
     if name.starts_with("spline") {
         return "osl/spline.h";
+    }
+    if let Some((kind, _)) = name.split_once('_').filter(|(kind, _)| TEXTURES.contains(kind)) {
+        return match kind {
+            "texture3d" => "osl/texture3d.h",
+            "environment" => "osl/environment.h",
+            _ => "osl/texture.h",
+        };
     }
     match name {
         "dot" | "cross" | "length" | "normalize" | "distance" | "faceforward_ref" | "reflect" | "refract"
@@ -28,8 +43,10 @@ pub(super) fn of_function(name: &str) -> &'static str {
         | "yiq_to_rgb" | "rgb_to_yiq" | "xyz_to_rgb" | "rgb_to_xyz" | "xyy_to_rgb" | "rgb_to_xyy" | "srgb_to_rgb"
         | "rgb_to_srgb" => "osl/color.h",
         "step" | "linearstep" | "smoothstep" | "smooth_linearstep" => "osl/pattern.h",
-        "hash_value" | "hash_string" => "osl/hash.h",
-        "surfacearea" | "backfacing" | "raytype_bit" | "space_matrix" | "space_matrix_inverse" => "osl/state.h",
+        "hash_value" => "osl/hash.h",
+        "surfacearea" | "backfacing" | "flip_handedness" | "raytype_bit" | "space_matrix" | "space_matrix_inverse" => {
+            "osl/state.h"
+        }
         _ => "osl/math.h",
     }
 }
