@@ -18,6 +18,10 @@
 #define M_SQRT2 1.4142135623730950
 #define M_SQRT1_2 0.7071067811865475
 
+// Marks a declaration of what the renderer or the compiler brings. Headers of other renderers declare their closures by it.
+#define BUILTIN [[ int builtin = 1 ]]
+#define BUILTIN_DERIV [[ int builtin = 1, int deriv = 1 ]]
+
 #ifndef NO_MATERIALX_CLOSURES
 // Gulbrandsen 2014, "Artist Friendly Metallic Fresnel": index of refraction and extinction from the colour at normal
 // incidence and at the edge.

@@ -44,6 +44,7 @@ pub mod suggest;
 pub mod text;
 pub mod textures;
 pub mod types;
+pub mod vendor;
 
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;

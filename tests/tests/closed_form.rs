@@ -70,6 +70,34 @@ fn a_furnace_keeps_all_light() {
     }
 }
 
+#[test]
+fn a_layer_passes_on_what_its_top_leaves() {
+    // A smooth coat's albedo is exact, so nothing is lost; with albedo 1 each layer shows the white sky.
+    let coat = "dielectric_bsdf(N, dPdu, color(1), color(0), 0, 0, 1.5, \"ggx\")";
+    let white = "oren_nayar_diffuse_bsdf(N, color(1), 0.7, \"energy_compensation\", 1)";
+    let glass = "dielectric_bsdf(N, dPdu, color(1), color(1), 0, 0, 1.5, \"ggx\")";
+    let film = "dielectric_bsdf(N, dPdu, color(1), color(0), 0, 0, 1.5, \"ggx\", \"thinfilm_thickness\", 350, \"thinfilm_ior\", 1.33)";
+    for (name, ci, expected, tolerance) in [
+        ("coat", format!("layer({coat}, {white})"), 1.0, 2e-3),
+        ("film", format!("layer({film}, {white})"), 1.0, 2e-3),
+        ("coats", format!("layer(0.5 * {coat}, layer({coat}, {white}))"), 1.0, 2e-3),
+        ("opaque", format!("layer({glass}, {white})"), 1.0, 2e-3),
+        ("sheen", format!("layer(sheen_bsdf(N, color(1), 0.4, \"mode\", 1), {white})"), 1.0, 5e-3),
+        // What is under a white surface is not seen.
+        ("white", format!("layer({white}, uniform_edf(5))"), 1.0, 0.02),
+        ("nothing on top", format!("layer(0, 0.5 * {white}) + layer(transparent(), 0)"), 1.5, 5e-3),
+    ] {
+        let mut scene = empty();
+        scene.integrator.samples = 256;
+        scene.integrator.max_depth = 32;
+        sky(&mut scene, SKY);
+        let m = material(&mut scene, &format!("surface l() {{ Ci = {ci}; }}"), &[]);
+        let wall = mesh(&mut scene, wall());
+        place(&mut scene, wall, m, DAffine3::IDENTITY);
+        check(name, &scene, expected, tolerance);
+    }
+}
+
 /// A square light of side 2 parallel to a small wall, at distance h, its middle over the point: the form factor of four
 /// right triangles (Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", B-3).
 fn square_over_point(h: f64) -> f64 {

@@ -80,6 +80,10 @@ const FILM: &str = "float thinfilm_thickness=0,float thinfilm_ior=1.5";
 
 const DIFFUSES: &str = "scatters like `diffuse` with the same albedo: light leaves where it entered";
 
+/// The row of closures that a header declares and nothing maps. No shader can write its name. In the IR its first argument is how the
+/// call looks in print, with conversions for the values that follow.
+pub const UNKNOWN: &str = "declared.closure";
+
 /// Every closure. A name may stand in several rows: its overloads.
 ///
 /// The role names the lobe; kernels/lobe.h says which argument goes into which field of `Lobe`.
@@ -131,4 +135,5 @@ pub static CLOSURES: &[ClosureRow] = &[
     row("isotropic", "", Volume),
     row("henyey_greenstein", "float", Volume),
     row("absorption", "", Volume),
+    row(UNKNOWN, "string", Debug),
 ];

@@ -13,7 +13,7 @@ pub mod derivative;
 pub mod sig;
 mod table;
 
-pub use closures::{CLOSURES, ClosureRole, ClosureRow};
+pub use closures::{CLOSURES, ClosureRole, ClosureRow, UNKNOWN};
 pub use table::TABLE;
 
 /// Handle of a row of [`TABLE`].

@@ -4,7 +4,7 @@ use super::Checker;
 use super::convert::score;
 use super::init::{Given, counted, given};
 use super::scope::Symbol;
-use super::typed::{Callee, Expr, ExprKind, FunctionId};
+use super::typed::{Callee, Expr, ExprKind, FunctionId, VendorClosure};
 use crate::ast;
 use crate::builtins::{self, CLOSURES, ClosureId, FuncId, sig};
 use crate::diag::Diagnostic;
@@ -128,6 +128,8 @@ impl Checker {
         let mut d = Diagnostic::error("E2001", callee.span, format!("there is no function `{name}`"));
         if let Some(near) = crate::suggest::closest(name, known) {
             d = d.help(format!("did you mean `{near}`?"));
+        } else if let Some(header) = crate::vendor::header_of(name) {
+            d = d.help(format!("a closure of another renderer: declare it, or `#include \"{header}\"`"));
         }
         self.fail(d)
     }
@@ -139,7 +141,9 @@ impl Checker {
         let mut own = None;
         for id in self.scopes.functions(name) {
             let f = &self.functions[id.0 as usize];
-            let formals: Vec<_> = f.params.iter().map(|(v, _)| Some(self.var(*v).ty)).collect();
+            let tokens = if let VendorClosure::Mapped { tokens } = f.closure { tokens as usize } else { 0 };
+            let params = &f.params[..f.params.len() - tokens.min(f.params.len())];
+            let formals: Vec<_> = params.iter().map(|(v, _)| Some(self.var(*v).ty)).collect();
             // Newer and inner ones hide those with the same parameters and result.
             if out.iter().any(|c| c.formals == formals && c.ret == f.ret) {
                 continue;
@@ -148,9 +152,9 @@ impl Checker {
                 target: Target::User(id),
                 ret: f.ret,
                 any_array: vec![false; formals.len()],
-                outputs: f.params.iter().map(|(_, o)| *o).collect(),
+                outputs: params.iter().map(|(_, o)| *o).collect(),
                 formals,
-                variadic: false,
+                variadic: f.closure != VendorClosure::No,
             };
             match self.current == Some(id) {
                 true => own = Some(candidate),
@@ -386,6 +390,7 @@ impl Checker {
                 if let Some(from) = self.current {
                     self.calls.push((from, id, span));
                 }
+                out = self.vendor_options(id, c.formals.len(), out, span)?;
                 if let Some(called) = self.without_return.get_mut(&id) {
                     *called = true;
                     let at = self.functions[id.0 as usize].span;

@@ -1,12 +1,13 @@
 //! Declarations: shaders, parameters, functions, structs, metadata.
 
-use super::typed::{Expr, Function, FunctionId, Param, Struct, Var, VarId, VarKind};
+use super::typed::{Expr, Function, FunctionId, Param, Struct, Var, VarId, VarKind, VendorClosure};
 use super::{Checker, constant, typed};
 use crate::ast;
 use crate::builtins::sig;
 use crate::diag::Diagnostic;
 use crate::reflect::{self, ShaderInfo};
 use crate::types::{Base, Extent, StructId, Type};
+use crate::vendor;
 
 use super::scope::Symbol;
 
@@ -382,7 +383,14 @@ impl Checker {
             }
         }
         let id = FunctionId(self.functions.len() as u32);
-        self.functions.push(Function { name: f.name.name.clone(), ret, params, body: None, span: f.name.span });
+        let closure = match vendor::metadata(f, "tokens").and_then(|n| u32::try_from(n).ok()) {
+            _ if ret.base != Base::Closure => VendorClosure::No,
+            _ if vendor::is_declaration(f) => VendorClosure::Unknown,
+            Some(tokens) if f.body.is_some() => VendorClosure::Mapped { tokens: tokens.min(params.len() as u32) },
+            _ => VendorClosure::No,
+        };
+        let name = f.name.name.clone();
+        self.functions.push(Function { name, ret, params, body: None, closure, span: f.name.span });
         self.scopes.declare_function(&f.name.name, id);
         id
     }

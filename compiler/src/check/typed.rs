@@ -63,8 +63,24 @@ pub struct Function {
     pub params: Vec<(VarId, bool)>,
     /// `None`: declared only.
     pub body: Option<Vec<Stmt>>,
+    /// How it stands for a closure.
+    pub closure: VendorClosure,
     /// The declaration.
     pub span: Span,
+}
+
+/// Whether a function stands for a closure of another renderer (`crate::vendor`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VendorClosure {
+    /// It does not.
+    No,
+    /// A header declares it, and no mapping says what it looks like: it contributes nothing.
+    Unknown,
+    /// A mapping's function, whose last so many parameters are given by token/value pairs.
+    Mapped {
+        /// How many.
+        tokens: u32,
+    },
 }
 
 /// A shader parameter.

@@ -16,7 +16,7 @@ use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
 use crate::textures::TextureAccess;
-use crate::{check, interp, lower, oso, parse};
+use crate::{check, interp, lower, oso, parse, vendor};
 use std::fmt;
 use std::sync::Arc;
 
@@ -92,6 +92,8 @@ pub struct Options {
     pub spaces: Vec<String>,
     /// What linear RGB is.
     pub color_system: ColorSystem,
+    /// What vendors' closures look like, before our own mappings: OSL texts, see [`crate::vendor`].
+    pub closures: Vec<vendor::Mapping>,
     /// What to write.
     pub entry: Entry,
     /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
@@ -119,6 +121,7 @@ impl Default for Options {
             bindings: Vec::new(),
             spaces: Vec::new(),
             color_system: ColorSystem::default(),
+            closures: Vec::new(),
             entry: Entry::Material,
             userdata: None,
             interactive: false,
@@ -169,8 +172,19 @@ impl Includes for NoIncludes {
 /// Headers that come with the compiler.
 const EMBEDDED: &[(&str, &str)] = &[
     ("stdosl.h", include_str!("../../../shaders-osl/stdosl.h")),
+    CLOSURE_MAPPINGS[0],
+    ("color2.h", include_str!("../../../shaders-osl/color2.h")),
+    ("color4.h", include_str!("../../../shaders-osl/color4.h")),
+    ("matrix33.h", include_str!("../../../shaders-osl/matrix33.h")),
+    ("oslutil.h", include_str!("../../../shaders-osl/oslutil.h")),
+    ("vector2.h", include_str!("../../../shaders-osl/vector2.h")),
+    ("vector4.h", include_str!("../../../shaders-osl/vector4.h")),
     (OSO_FUNCTIONS, include_str!("../../../shaders-osl/oso_functions.h")),
 ];
+
+/// What vendors' closures look like: headers whose functions stand for the vendors' declarations.
+pub(crate) const CLOSURE_MAPPINGS: &[(&str, &str)] =
+    &[("stdcycles.h", include_str!("../../../shaders-osl/stdcycles.h"))];
 
 /// Built-in functions that `.oso` has no operations for, as OSL.
 const OSO_FUNCTIONS: &str = "oso_functions.h";
@@ -281,9 +295,15 @@ fn preprocess_options(options: &Options) -> preprocess::Options {
 }
 
 /// Parses and checks. After syntax errors the checker looks at what could be read.
-fn tree(pre: &preprocess::Preprocessed) -> Result<check::Checked, Vec<Diagnostic>> {
-    let parse::Parsed { file, errors } = parse::recover(pre);
+fn tree(
+    pre: &preprocess::Preprocessed,
+    options: &Options,
+    includes: &dyn Includes,
+    sources: &mut SourceMap,
+) -> Result<check::Checked, Vec<Diagnostic>> {
+    let parse::Parsed { mut file, errors } = parse::recover(pre);
     if errors.is_empty() {
+        vendor::complete(&mut file, &options.closures, &WithEmbedded(includes), sources)?;
         return check::check(&file);
     }
     let mut all = errors;
@@ -326,7 +346,7 @@ fn checked(
     }
     let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
         .map_err(|list| tell(sources, &Silenced::new(), list))?;
-    let mut checked = match tree(&pre) {
+    let mut checked = match tree(&pre, options, includes, sources) {
         Ok(checked) => checked,
         Err(mut found) => {
             found.retain(|d| d.is_error() || !d.labels.iter().any(|l| in_prelude(sources, l)));

@@ -238,7 +238,8 @@ impl Verifier<'_> {
             Inst::Closure(id, args) => {
                 self.closure(*id, args)?;
                 ensure(builtins::closure(*id).role != ClosureRole::Layer, || "a layer is no slot".into())?;
-                if let Some(label) = args.get(sig::closure_arity(*id)) {
+                let is_unknown = builtins::closure(*id).name == builtins::UNKNOWN;
+                if let Some(label) = args.get(sig::closure_arity(*id)).filter(|_| !is_unknown) {
                     self.expect(*label, Ty::Str)?;
                     ensure(args.len() == sig::closure_arity(*id) + 1, || "arguments behind the label".into())?;
                 }

@@ -3,11 +3,11 @@
 use super::place::{Place, is_single};
 use super::{Frame, Lower, Storage, ir_type};
 use crate::builtins::{self, ClosureRole, FuncId, Lowering};
-use crate::check::typed::{Callee, Expr, ExprKind, FunctionId};
+use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, VendorClosure};
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
+use crate::ir::{Arg, Const, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
 use crate::source::Span;
-use crate::types::{Base, Type};
+use crate::types::{Base, Extent, Type};
 
 /// A variable, or a field of one: what has storage of its own.
 fn is_whole(e: &Expr) -> bool {
@@ -39,6 +39,10 @@ impl Lower<'_> {
     fn inline(&mut self, id: FunctionId, args: &[Expr], e: &Expr) -> Option<Place> {
         let tree = self.tree;
         let function = &tree.functions[id.0 as usize];
+        if function.closure == VendorClosure::Unknown {
+            let value = self.unknown_closure(&function.name, args, e.span);
+            return Some(Place::Value(value));
+        }
         let Some(body) = &function.body else {
             let message = format!("function `{}` is declared but has no body", function.name);
             self.error(Diagnostic::error("E2015", e.span, message).label(function.span, "declared here"));
@@ -88,6 +92,53 @@ impl Lower<'_> {
             self.copy(&place, &Place::whole(storage), span);
         }
         result.map(Place::whole)
+    }
+
+    /// A call of a closure that nothing maps: how it looks in print, and the values to print.
+    fn unknown_closure(&mut self, name: &str, args: &[Expr], span: Span) -> ValueId {
+        let mut format = Vec::new();
+        let mut values = Vec::new();
+        for arg in args {
+            let conversion = match arg.ty.base {
+                Base::Int => "%d",
+                Base::Float => "%g",
+                Base::String => "\"%s\"",
+                base if base.is_triple() => "(%g, %g, %g)",
+                // Nothing else is an argument that the reference's closures take.
+                _ => continue,
+            };
+            let first = values.len();
+            match arg.ty.extent {
+                Extent::Scalar => values.push(self.expr(arg)),
+                _ => {
+                    let Some(local) = self.array(arg) else { continue };
+                    let len = self.out.locals[local.0 as usize].len.unwrap_or(0);
+                    for i in 0..len {
+                        let index = self.int(i as i32, arg.span);
+                        let value = self.value(Inst::LoadElem(local, index), ir_type(arg.ty.base), arg.span);
+                        values.push(value);
+                    }
+                }
+            }
+            let each = vec![conversion; values.len() - first].join(", ");
+            format.push(if arg.ty.is_array() { format!("[{each}]") } else { each });
+            if arg.ty.base.is_triple() {
+                for value in values.split_off(first) {
+                    for i in 0..3 {
+                        let index = self.int(i, arg.span);
+                        let part = self.value(Inst::Component(value, index), Ty::Float, arg.span);
+                        values.push(part);
+                    }
+                }
+            }
+        }
+        let text = format!("{name} ({})", format.join(", "));
+        let mut list = vec![self.constant(Const::Str(text), span)];
+        list.extend(values);
+        match builtins::find_closure(builtins::UNKNOWN) {
+            Some(id) => self.value(Inst::Closure(id, list), Ty::Closure, span),
+            None => self.value(Inst::NullClosure, Ty::Closure, span),
+        }
     }
 
     /// Puts `flag = 0` before the inlined body, whose statements start at `first` of the present block.

@@ -153,7 +153,8 @@ impl Lower<'_> {
 
     /// A statement that says something to the host.
     fn print(&mut self, name: &str, args: &[Expr], span: Span) {
-        if !self.printable(name, args) {
+        let texts: Vec<Expr> = args.iter().filter(|a| a.ty.base != Base::Closure || a.ty.is_array()).cloned().collect();
+        if !self.printable(name, &texts) {
             return;
         }
         let shader = || Const::Str(self.tree.name.clone());

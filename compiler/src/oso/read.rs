@@ -9,7 +9,7 @@ use super::{Element, Literal, MAIN, Module, Op, SymId, Symbol, SymbolKind};
 use crate::ast::BinaryOp;
 use crate::builtins;
 use crate::check::typed::{
-    Callee, Expr, ExprKind, Function, FunctionId, Param, Shader, Stmt, Struct, Var, VarId, VarKind,
+    Callee, Expr, ExprKind, Function, FunctionId, Param, Shader, Stmt, Struct, Var, VarId, VarKind, VendorClosure,
 };
 use crate::check::{Checked, GLOBALS};
 use crate::diag::Diagnostic;
@@ -234,7 +234,14 @@ impl<'m> Reader<'m> {
     }
 
     fn function(&mut self, name: String, ret: Type, body: Vec<Stmt>, span: Span) -> FunctionId {
-        self.functions.push(Function { name, ret, params: Vec::new(), body: Some(body), span });
+        self.functions.push(Function {
+            name,
+            ret,
+            params: Vec::new(),
+            body: Some(body),
+            closure: VendorClosure::No,
+            span,
+        });
         FunctionId(self.functions.len() as u32 - 1)
     }
 

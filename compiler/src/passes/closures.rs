@@ -2,7 +2,10 @@
 //!
 //! Each closure call is a slot. A closure value becomes one triple weight per slot that can be part of it, a closure local one
 //! weight local per slot; sums and scales become arithmetic on the weights. The arguments of a call are stored into
-//! locals where the call happens. Slots that never reach `Ci` are dropped. See docs/adr/0002.
+//! locals where the call happens. Slots that never reach `Ci` are dropped. See docs/adr/0002. `print` shows closures term by term
+//! ([`print`]).
+
+mod print;
 
 use crate::builtins::{self, ClosureRole, sig};
 use crate::diag::Diagnostic;
@@ -27,12 +30,14 @@ pub fn closures(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
         weights: HashMap::new(),
         values: HashMap::new(),
         calls: BTreeMap::new(),
+        extras: BTreeMap::new(),
+        errors: Vec::new(),
     };
     if let Some(d) = pass.unsupported() {
         return Err(vec![d]);
     }
     pass.run();
-    Ok(())
+    if pass.errors.is_empty() { Ok(()) } else { Err(pass.errors) }
 }
 
 /// Most closure calls of a shader: each weight of a sum is carried on its own, and this bounds the square.
@@ -125,6 +130,9 @@ struct Pass<'a> {
     values: HashMap<ValueId, Weights>,
     /// The argument locals or constants of each call.
     calls: BTreeMap<u32, LobeSlot>,
+    /// What calls have beyond the arguments of their slots: labels, and all that an unknown closure prints.
+    extras: BTreeMap<u32, (String, Vec<SlotArg>)>,
+    errors: Vec<Diagnostic>,
 }
 
 impl Pass<'_> {
@@ -272,6 +280,9 @@ impl Pass<'_> {
                         out.stmts.push(Stmt::CopyArray(a, b));
                     }
                 }
+                Stmt::Call { func, args, span, .. } if self.prints_closures(func, &args) => {
+                    self.print(func, &args, span, &mut out);
+                }
                 Stmt::If(cond, a, b) => {
                     let a = self.block(a);
                     let b = self.block(b);
@@ -387,20 +398,29 @@ impl Pass<'_> {
         self.values.insert(id, weights);
     }
 
+    /// A value where the end of the shader finds it.
+    fn keep(&mut self, name: String, arg: ValueId, out: &mut Block) -> SlotArg {
+        let value = &self.shader.values[arg.0 as usize];
+        if let Inst::Const(c) = &value.inst {
+            return SlotArg::Const(c.clone());
+        }
+        let ty = value.ty;
+        let local = self.add_local(name, ty);
+        out.stmts.push(Stmt::Store(local, arg));
+        SlotArg::Local(local)
+    }
+
     /// Keeps the arguments of a call where the end of the shader finds them.
     fn call(&mut self, id: ValueId, closure: builtins::ClosureId, args: &[ValueId], span: Span, out: &mut Block) {
         let name = builtins::closure(closure).name;
-        let mut slot_args = Vec::new();
-        for (i, arg) in args.iter().take(sig::closure_arity(closure)).enumerate() {
-            let value = &self.shader.values[arg.0 as usize];
-            if let Inst::Const(c) = &value.inst {
-                slot_args.push(SlotArg::Const(c.clone()));
-                continue;
-            }
-            let ty = value.ty;
-            let local = self.add_local(format!("{name}{}_a{i}", self.calls.len()), ty);
-            out.stmts.push(Stmt::Store(local, *arg));
-            slot_args.push(SlotArg::Local(local));
+        let arity = sig::closure_arity(closure).min(args.len());
+        let mut slot_args = Vec::with_capacity(arity);
+        for (i, arg) in args[..arity].iter().enumerate() {
+            slot_args.push(self.keep(format!("{name}{}_a{i}", self.calls.len()), *arg, out));
+        }
+        if args.len() > arity {
+            let more = self.print_only(closure, args, out);
+            self.extras.insert(id.0, more);
         }
         // The weight is set at the end, for the slots that reach Ci.
         self.calls.insert(id.0, LobeSlot { closure, weight: LocalId(0), args: slot_args, span });

@@ -63,6 +63,9 @@ pub struct SourceArgs {
     /// Define a preprocessor macro; may be repeated.
     #[arg(short = 'D', long = "define", value_name = "NAME[=VALUE]")]
     pub define: Vec<String>,
+    /// OSL file whose functions say what another renderer's closures look like; may be repeated.
+    #[arg(long = "closures", value_name = "FILE")]
+    pub closures: Vec<PathBuf>,
 }
 
 /// Arguments of `oslcl render`.

@@ -23,7 +23,7 @@ pub fn run(args: &CheckArgs) -> Result<(), Error> {
 
 fn check(path: &Path, args: &CheckArgs) -> Result<(), Error> {
     let source = sources::read(path)?;
-    let options = sources::options(&source, &args.source);
+    let options = sources::options(&source, &args.source)?;
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     // Some findings need values: a loop of closures, say, must have an end that is known.
     report::instance(&master, &options)?;

@@ -103,7 +103,7 @@ fn with_ending(base: &Path, ending: &str) -> PathBuf {
 /// Compiles a file; the line that says what was written. Findings are added to `said`.
 fn compile(path: &Path, args: &CompileArgs, said: &mut String) -> Result<String, Error> {
     let source = sources::read(path)?;
-    let options = sources::options(&source, &args.source);
+    let options = sources::options(&source, &args.source)?;
     let folders = Folders::new(&args.source);
     let master = Master::new(&source.text, &options, &folders).map_err(|f| failed(&f, &folders, said))?;
     said.push_str(&report::rendered(master.sources(), master.warnings()));

@@ -10,7 +10,7 @@ use std::fmt::Write;
 /// Prints the reflection.
 pub fn run(args: &InfoArgs) -> Result<(), Error> {
     let source = sources::read_or_shipped(&args.shader)?;
-    let options = sources::options(&source, &args.source);
+    let options = sources::options(&source, &args.source)?;
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     if args.json {
         // Serialising to memory fails only for maps with keys that are no strings, and there are no maps here.

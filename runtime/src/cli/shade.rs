@@ -28,7 +28,7 @@ impl From<PrecisionArg> for Precision {
 pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let wanted: Vec<(String, PathBuf)> = args.output.iter().map(|text| output(text)).collect::<Result<_, _>>()?;
     let source = sources::read_or_shipped(&args.shader)?;
-    let options = sources::options(&source, &args.source);
+    let options = sources::options(&source, &args.source)?;
     let options = Options { spaces: oslcl_runtime::grid::SPACES.map(str::to_owned).into(), ..options };
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     let search = args.textures.clone();

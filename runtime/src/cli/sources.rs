@@ -90,12 +90,18 @@ fn decode(bytes: Vec<u8>) -> Result<String, usize> {
 }
 
 /// The compiler's options for a source.
-pub fn options(source: &Source, args: &SourceArgs) -> Options {
+pub fn options(source: &Source, args: &SourceArgs) -> Result<Options, Error> {
     let define = |text: &String| match text.split_once('=') {
         Some((name, value)) => (name.to_owned(), value.to_owned()),
         None => (text.clone(), "1".to_owned()),
     };
-    Options { file_name: source.name.clone(), defines: args.define.iter().map(define).collect(), ..Options::default() }
+    let mapping = |path: &PathBuf| read(path).map(|mapping| (mapping.name, mapping.text));
+    Ok(Options {
+        file_name: source.name.clone(),
+        defines: args.define.iter().map(define).collect(),
+        closures: args.closures.iter().map(mapping).collect::<Result<_, _>>()?,
+        ..Options::default()
+    })
 }
 
 /// Includes from the file system: `"path"` beside the including file, then both forms in the `-I` folders in order.

@@ -22,6 +22,7 @@ shipped![
     "plastic",
     "rough_glass",
     "sky",
+    "standard_surface",
     "textured",
     "velvet",
     "wood",

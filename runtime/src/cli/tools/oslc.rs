@@ -147,7 +147,7 @@ fn one(path: &Path, job: &Job) -> Result<(), Error> {
     // As in the reference, the file's own folder also serves `#include <x>`.
     let mut include = vec![path.parent().unwrap_or(Path::new("")).to_owned()];
     include.extend(job.include.iter().cloned());
-    let folders = Folders::new(&SourceArgs { include, define: Vec::new() });
+    let folders = Folders::new(&SourceArgs { include, define: Vec::new(), closures: Vec::new() });
     if job.preprocess_only && matches!(job.dependencies, Dependencies::No) {
         let (text, _) = preprocessed(&source.text, &options, &folders).map_err(|f| failed(&f, &folders))?;
         return terminal::print(&text);

@@ -82,7 +82,7 @@ fn load(name: &str, search: &str) -> Result<Query, String> {
     let file = shader_file::find(name, &folders).ok_or_else(|| format!("File \"{name}\" could not be found."))?;
     let source = sources::read(&file).map_err(|e| e.to_string())?;
     let options = Options { file_name: source.name.clone(), ..Options::default() };
-    let folders = Folders::new(&SourceArgs { include: Vec::new(), define: Vec::new() });
+    let folders = Folders::new(&SourceArgs { include: Vec::new(), define: Vec::new(), closures: Vec::new() });
     query_shader(&source.text, &options, &folders).map_err(|failure| {
         let first = failure.to_string();
         first.lines().next().unwrap_or_default().to_owned()

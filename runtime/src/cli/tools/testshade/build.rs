@@ -56,7 +56,7 @@ impl Shaders {
 
 /// Compiles a source, with its folder's includes.
 fn compile(text: &str, name: &str, options: &Options) -> Result<Master, Error> {
-    let settings = SourceArgs { include: Vec::new(), define: Vec::new() };
+    let settings = SourceArgs { include: Vec::new(), define: Vec::new(), closures: Vec::new() };
     let options = Options { file_name: name.to_owned(), ..options.clone() };
     report::master(text, &options, &Folders::new(&settings))
 }

@@ -1,0 +1,133 @@
+//! Closures that a vendor's header declares: `closure color NAME(...) BUILTIN;`.
+//!
+//! In: a syntax tree, and mappings: OSL texts whose functions say by our closures what a vendor's closure looks like
+//! (docs/adr/0018). Out: the tree with those declarations replaced by the functions; declarations of what the compiler has
+//! anyway are dropped. What no mapping knows stays declared: the checker takes calls of it for closures that contribute nothing.
+//! It must not know types or the IR.
+//!
+//! A mapping's function may name in its metadata `[[ int tokens = N ]]`: its last N parameters are then given by token/value pairs
+//! with the parameters' names, and are 0 where a call says nothing.
+
+use crate::ast::{self, ArraySize, Function, Item, TypeName};
+use crate::builtins;
+use crate::diag::Diagnostic;
+use crate::preprocess::{self, Includes};
+use crate::source::SourceMap;
+use crate::{facade, parse};
+use std::collections::HashSet;
+
+/// A text with mapping functions, and its name for messages.
+pub type Mapping = (String, String);
+
+/// Replaces declarations of vendors' closures. The first mapping that has a name counts; ours come last.
+pub(crate) fn complete(
+    file: &mut ast::File,
+    mappings: &[Mapping],
+    includes: &dyn Includes,
+    sources: &mut SourceMap,
+) -> Result<(), Vec<Diagnostic>> {
+    file.items.retain(|item| !matches!(item, Item::Function(f) if is_ours(f)));
+    let mut wanted: HashSet<String> = HashSet::new();
+    for item in &file.items {
+        if let Item::Function(f) = item
+            && is_declaration(f)
+        {
+            wanted.insert(f.name.name.clone());
+        }
+    }
+    let ours = facade::CLOSURE_MAPPINGS.iter().map(|(name, text)| (format!("<{name}>"), (*text).to_owned()));
+    for (name, text) in mappings.iter().cloned().chain(ours) {
+        // Most files declare nothing: then no mapping is read.
+        if wanted.is_empty() {
+            break;
+        }
+        // Names first: parsing a mapping costs more than most shaders.
+        if !wanted.iter().any(|w| text.contains(w.as_str())) {
+            continue;
+        }
+        let options = preprocess::Options::default();
+        let pre = preprocess::preprocess(&name, text.as_str(), &options, includes, sources)?;
+        let library = parse::parse(&pre)?;
+        let functions: Vec<Function> = library
+            .items
+            .into_iter()
+            .filter_map(|item| match item {
+                Item::Function(f) if f.body.is_some() && span_is_in(&f, sources, &name) => Some(f),
+                _ => None,
+            })
+            .collect();
+        let found: HashSet<String> =
+            functions.iter().map(|f| f.name.name.clone()).filter(|n| wanted.contains(n)).collect();
+        if found.is_empty() {
+            continue;
+        }
+        wanted.retain(|w| !found.contains(w));
+        file.items.retain(|item| match item {
+            Item::Function(f) => f.body.is_some() || !found.contains(&f.name.name),
+            _ => true,
+        });
+        // Helpers, which return no closure, come along.
+        let taken = functions.into_iter().filter(|f| f.ret.name != TypeName::Closure || found.contains(&f.name.name));
+        file.items.splice(0..0, taken.map(Item::Function));
+    }
+    Ok(())
+}
+
+/// The header of ours that has a closure of this name.
+pub(crate) fn header_of(name: &str) -> Option<&'static str> {
+    let head = format!("closure color {name}(");
+    facade::CLOSURE_MAPPINGS.iter().find(|(_, text)| text.contains(&head)).map(|(header, _)| *header)
+}
+
+/// Whether a function stands in the mapping itself, not in what it includes.
+fn span_is_in(f: &Function, sources: &SourceMap, name: &str) -> bool {
+    sources.file(f.name.span.file).name == name
+}
+
+/// `[[ int KEY = value ]]` of a function.
+pub(crate) fn metadata(f: &Function, key: &str) -> Option<i32> {
+    f.metadata.iter().find(|m| m.name.name == key).and_then(|m| match &m.value {
+        ast::Init::Expr(e) => match &e.kind {
+            ast::ExprKind::Int(v) => Some(*v),
+            _ => None,
+        },
+        ast::Init::List(..) => None,
+    })
+}
+
+/// Whether this declares a closure that a renderer is to have.
+pub(crate) fn is_declaration(f: &Function) -> bool {
+    f.body.is_none() && f.ret.name == TypeName::Closure && metadata(f, "builtin") == Some(1)
+}
+
+/// Whether a declaration repeats a row of our tables.
+fn is_ours(f: &Function) -> bool {
+    if f.body.is_some() || metadata(f, "builtin") != Some(1) {
+        return false;
+    }
+    let args: Vec<String> = f.params.iter().map(spelling).collect();
+    let is_row = |row: &builtins::ClosureRow| row.name == f.name.name && row.args == args.join(",");
+    builtins::CLOSURES.iter().any(is_row) || (f.ret.name != TypeName::Closure && builtins::find(&f.name.name).is_some())
+}
+
+/// A parameter's type as the tables spell it.
+fn spelling(p: &ast::Param) -> String {
+    let base = match &p.ty.name {
+        TypeName::Int => "int",
+        TypeName::Float => "float",
+        TypeName::Color => "color",
+        TypeName::Point => "point",
+        TypeName::Vector => "vector",
+        TypeName::Normal => "normal",
+        TypeName::Matrix => "matrix",
+        TypeName::String => "string",
+        TypeName::Void => "void",
+        TypeName::Closure => "closure color",
+        TypeName::Struct(name) => name,
+    };
+    let brackets = match &p.array {
+        None => "",
+        Some(ArraySize::Unsized | ArraySize::Fixed(_)) => "[]",
+    };
+    format!("{base}{brackets}")
+}
