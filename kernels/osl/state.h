@@ -9,6 +9,12 @@
 
 static inline real osl_surfacearea_f_(const ShaderGlobals *sg) { return sg->surfacearea; }
 static inline int osl_backfacing_i_(const ShaderGlobals *sg) { return sg->backfacing; }
+static inline int osl_shading_index_i_(const ShaderGlobals *sg) { return (int)sg->point; }
+// As testshade's renderer answers: it has no surfaces.
+static inline int osl_trace_hit_i_vv(const ShaderGlobals *sg, real3 from, real3 direction)
+{
+    return sg->u / dot(from, direction) > (real)0.5;
+}
 static inline int osl_raytype_bit_i_i(const ShaderGlobals *sg, int bit) { return (sg->raytype & bit) != 0; }
 
 // Spaces as `lower` numbers them: 0 common and world, 1 object, 2 shader, 3 camera, from 4 on the others of ShaderGlobals.

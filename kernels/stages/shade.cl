@@ -81,9 +81,9 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #ifdef HAS_TEXTURES
     sg.textures = textures;
 #endif
+    sg.point = first_row * width + i;
 #ifdef HAS_MESSAGES
     sg.records = records;
-    sg.point = first_row * width + i;
 #endif
     real values[SHADE_REALS + 1];  // never none
     SHADE_ENTRY(&sg, values);

@@ -110,6 +110,7 @@ fn text(cases: &[Case]) -> Result<(String, usize), Error> {
     for (k, field) in ["u", "v", "time", "dtime", "surfacearea"].iter().enumerate() {
         let _ = writeln!(load, "    sg.{field} = p[{}];", 24 + k);
     }
+    let _ = writeln!(load, "    sg.point = (uint)i;");
     if says {
         // What is said is for other tests: here nobody listens.
         let _ = writeln!(load, "    sg.records = 0;");

@@ -295,7 +295,10 @@ impl Checker {
                     return self.fail(Diagnostic::error("E2003", at, format!("{what} cannot be a list")));
                 }
                 (Argument::Typed(e), Some(_)) if output => {
-                    self.require_lvalue(&e)?;
+                    // The reference lets these write to any array.
+                    if !matches!(name, "regex_search" | "regex_match") {
+                        self.require_lvalue(&e)?;
+                    }
                     e
                 }
                 (Argument::Typed(e), Some(f)) => self.convert(e, f, &what)?,
@@ -309,6 +312,7 @@ impl Checker {
                 }
                 Callee::User(id)
             }
+            Target::Builtin(_) if !self.check_format(name, &out, span) => return None,
             Target::Builtin(id) => Callee::Builtin {
                 id,
                 formals: c

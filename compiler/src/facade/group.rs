@@ -6,8 +6,10 @@
 use super::host::{self, HostRun};
 use super::{Binding, Entry, Failure, Master, Options, Output, Silenced, Values, on_large_stack, tell};
 use crate::artifact::Artifact;
+use crate::attributes::Attributes;
 use crate::backend::opencl_c;
 use crate::diag::Diagnostic;
+use crate::dictionary::Documents;
 use crate::interp;
 use crate::ir::Shader;
 use crate::passes::{self, Target, link};
@@ -90,6 +92,8 @@ impl Group {
             layers: Vec::new(),
             connections: &self.connections,
             textures: options.textures.clone(),
+            documents: options.documents.clone(),
+            attributes: options.attributes.clone(),
         };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
@@ -133,6 +137,8 @@ pub(super) struct Parts<'a> {
     layers: Vec<Part<'a>>,
     connections: &'a [Connection],
     textures: Option<TextureAccess>,
+    attributes: Attributes,
+    documents: Option<Documents>,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
@@ -148,7 +154,14 @@ impl<'a> Parts<'a> {
     pub fn one(master: &'a Master, options: &Options) -> Parts<'a> {
         let settings = options.bindings.iter().map(|(name, value)| setting(name, value)).collect();
         let textures = options.textures.clone();
-        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[], textures }
+        Parts {
+            name: "",
+            layers: vec![Part { name: "", master, settings }],
+            connections: &[],
+            textures,
+            documents: options.documents.clone(),
+            attributes: options.attributes.clone(),
+        }
     }
 
     fn files(&self) -> Files {
@@ -174,8 +187,15 @@ impl<'a> Parts<'a> {
         files
     }
 
-    fn settings(&self, target: Target) -> passes::Settings<'_> {
-        passes::Settings { target, textures: self.textures.as_ref() }
+    fn settings<'b>(&'b self, target: Target, files: &'b Files, grid: bool) -> passes::Settings<'b> {
+        passes::Settings {
+            target,
+            textures: self.textures.as_ref(),
+            attributes: Some(&self.attributes),
+            documents: self.documents.as_ref(),
+            sources: Some(&files.sources),
+            grid,
+        }
     }
 
     /// Joins the layers.
@@ -221,7 +241,12 @@ impl<'a> Parts<'a> {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
             };
-            let warnings = passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
+            let warnings = passes::optimise_with(
+                &mut shader,
+                &[],
+                &outputs,
+                &self.settings(Target::Device, &files, matches!(options.entry, Entry::Grid(_))),
+            )?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
@@ -269,7 +294,7 @@ impl<'a> Parts<'a> {
         let work = || {
             let mut shader = self.link(&files)?;
             let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
-            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Host))?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Host, &files, true))?;
             let point = |i| {
                 let globals = point(i);
                 let textures = globals.textures.clone().or_else(|| self.textures.clone());
@@ -294,7 +319,7 @@ impl<'a> Parts<'a> {
         let work = || {
             let mut shader = self.link(&files)?;
             let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
-            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device, &files, true))?;
             let with = |g: &interp::Globals| interp::Globals {
                 textures: g.textures.clone().or_else(|| self.textures.clone()),
                 ..g.clone()

@@ -9,7 +9,9 @@ mod host;
 mod oso_text;
 
 use crate::artifact::Artifact;
+use crate::attributes::Attributes;
 use crate::diag::{self, Diagnostic};
+use crate::dictionary::Documents;
 use crate::ir::{Const, Shader};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
@@ -69,6 +71,10 @@ pub struct Options {
     pub line_directives: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
     pub textures: Option<TextureAccess>,
+    /// What `getattribute` finds.
+    pub attributes: Attributes,
+    /// Who reads the files of dictionaries.
+    pub documents: Option<Documents>,
 }
 
 impl Default for Options {
@@ -81,6 +87,8 @@ impl Default for Options {
             entry: Entry::Material,
             line_directives: false,
             textures: None,
+            attributes: Attributes::default(),
+            documents: None,
         }
     }
 }

@@ -11,6 +11,7 @@
 mod call;
 mod exit;
 mod expr;
+mod host;
 mod noise;
 mod place;
 mod special;

@@ -3,13 +3,11 @@
 //! A name that is a literal is resolved here. One that only a parameter's value tells becomes a chain of comparisons, which
 //! specialisation and folding cut down to one branch.
 
-use super::place::{Place, is_single};
+use super::place::Place;
 use super::{Lower, ir_type};
-use crate::builtins;
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, Global, Inst, LocalId, Stmt, Ty, ValueId};
-use crate::messages::code;
 use crate::source::Span;
 use crate::types::{Base, Type};
 
@@ -110,6 +108,15 @@ impl Lower<'_> {
                 self.print(name, args, span);
                 return None;
             }
+            "setmessage" => {
+                self.setmessage(args, span);
+                return None;
+            }
+            "getmessage" => return self.getmessage(args, span),
+            "getattribute" => return self.getattribute(args, span),
+            "dict_value" => return self.dict_value(args, span),
+            "trace" => self.trace(args, e),
+            "pointcloud_search" | "pointcloud_get" | "pointcloud_write" => self.pointcloud(args, span),
             // `exit` as a statement is handled there.
             other => {
                 self.error(Diagnostic::not_yet("E3001", span, format!("`{other}` here")));
@@ -117,35 +124,6 @@ impl Lower<'_> {
             }
         };
         Some(Place::Value(value))
-    }
-
-    /// A statement that says something to the host.
-    fn print(&mut self, name: &str, args: &[Expr], span: Span) {
-        if !self.printable(name, args) {
-            return;
-        }
-        let shader = || Const::Str(self.tree.name.clone());
-        let (code, owner, from) = match name {
-            "printf" => (code::PRINT, Some(Const::Str(String::new())), 0),
-            "error" => (code::ERROR, Some(shader()), 0),
-            "warning" => (code::WARNING, Some(shader()), 0),
-            _ => (code::FILE, None, 1),
-        };
-        let owner = match owner {
-            Some(c) => self.constant(c, span),
-            None => self.expr(&args[0]),
-        };
-        let mut list = arg_values(&[self.int(code, span), owner]);
-        for arg in &args[from..] {
-            if is_single(arg.ty) {
-                list.push(Arg::Value(self.expr(arg)));
-            } else if let Some(local) = self.array(arg) {
-                list.push(Arg::Array(local));
-            }
-        }
-        if let Some(func) = builtins::find("print") {
-            self.push(Stmt::Call { func, args: list, outputs: Vec::new(), result: None, span });
-        }
     }
 
     fn values(&mut self, args: &[Expr]) -> Vec<ValueId> {

@@ -15,7 +15,7 @@ pub use join::shift_diagnostic;
 
 use super::specialise::specialise;
 use crate::diag::Diagnostic;
-use crate::ir::{Block, Const, Shader};
+use crate::ir::{Arg, Block, Const, Inst, Shader, Stmt};
 
 /// What a value says beside itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -80,6 +80,7 @@ pub fn link(name: &str, parts: &[Part<'_>], connections: &[Connection]) -> Resul
     for part in parts {
         let mut shader = part.shader.clone();
         join::shift_files(&mut shader, part.first_file);
+        name_layer(&mut shader, part.name, name);
         let values: Vec<(String, Const)> = part.settings.iter().map(|s| (s.name.clone(), s.value.clone())).collect();
         if let Err(list) = specialise(&mut shader, &values) {
             errors.extend(list.into_iter().map(|d| in_layer(d, part.name)));
@@ -130,6 +131,25 @@ fn join_all(name: &str, layers: Vec<Layer>, wires: &[connect::Wire]) -> Shader {
         joined.shader.body.stmts.extend(block.stmts);
     }
     joined.shader
+}
+
+/// Tells a layer's `getattribute` calls where they stand: their last two arguments are constants of their own.
+fn name_layer(shader: &mut Shader, layer: &str, group: &str) {
+    let Some(asks) = crate::builtins::find("attribute_get") else { return };
+    let mut named = Vec::new();
+    for block in shader.blocks() {
+        block.walk(&mut |s| {
+            if let Stmt::Call { func, args, .. } = s
+                && *func == asks
+                && let [.., Arg::Value(l), Arg::Value(g)] = args.as_slice()
+            {
+                named.extend([(*l, layer), (*g, group)]);
+            }
+        });
+    }
+    for (value, text) in named {
+        shader.values[value.0 as usize].inst = Inst::Const(Const::Str(text.to_owned()));
+    }
 }
 
 /// Says of a finding which layer it is about.

@@ -7,7 +7,7 @@ mod args;
 mod build;
 mod said;
 
-use super::super::{Error, report, terminal};
+use super::super::{Error, report, sources, terminal};
 use args::Args;
 use build::Shaders;
 use oslcl_compiler::{Group, Options};
@@ -97,14 +97,31 @@ fn shade(args: &Args, group: &Group, outputs: &[(String, String)]) -> Result<(),
     let names: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
     let library = Arc::new(Library::new(textures(args)));
     let entry = oslcl_compiler::Entry::Grid(names);
-    let options = Options { entry, textures: Some(library.access()), ..Options::default() };
-    let output = group.instance(&options).map_err(|failure| report::report(&failure))?;
-    report::show(&output.sources, &output.warnings);
-    if outputs.is_empty() && output.artifact.sites.is_empty() {
-        return Ok(());
-    }
-    let device = Device::open(args.device.as_deref())?;
-    let shaded = shade::run_with(&device, &output.artifact, grid(args), Precision::Standard, &library)?;
+    let grid = grid(args);
+    let options = Options {
+        entry,
+        textures: Some(library.access()),
+        attributes: grid.attributes(),
+        documents: Some(sources::documents()),
+        ..Options::default()
+    };
+    let shaded = match group.instance(&options) {
+        Ok(output) => {
+            report::show(&output.sources, &output.warnings);
+            if outputs.is_empty() && output.artifact.sites.is_empty() {
+                return Ok(());
+            }
+            let device = Device::open(args.device.as_deref())?;
+            shade::run_with(&device, &output.artifact, grid, Precision::Standard, &library)?
+        }
+        Err(failure) => {
+            // What no device can do is done here, if it can be done at all.
+            let asked: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
+            let on_host = shade::needs_host(&failure).then(|| shade::run_group_on_host(group, &options, &asked, grid));
+            let Some(Ok(shaded)) = on_host else { return Err(report::report(&failure)) };
+            shaded
+        }
+    };
     for warning in &shaded.warnings {
         terminal::say(&format!("WARNING: {warning}\n"));
     }
