@@ -23,11 +23,21 @@
 #define LOBE_REFRACTION 8
 #define LOBE_TRANSPARENT 9
 #define LOBE_CONDUCTOR 10
+#define LOBE_OREN_NAYAR_DIFFUSE 11
+#define LOBE_BURLEY_DIFFUSE 12
+#define LOBE_DIELECTRIC 13
+#define LOBE_GENERALIZED_SCHLICK 14
+#define LOBE_SHEEN 15
+#define LOBE_CHIANG_HAIR 16
+// HAS_LOBE_THIN_FILM is no type: some lobe lies under a thin film.
 
 // Flags of a lobe.
 #define LOBE_BECKMANN 1      // else GGX
 #define LOBE_REFLECTS 2
 #define LOBE_TRANSMITS 4
+#define LOBE_BACK 8          // seen from inside
+#define LOBE_ZELTNER 16      // sheen, mode 1
+#define LOBE_COMPENSATED 32  // oren_nayar_diffuse: energy_compensation
 
 typedef struct {
     int type;      // LOBE_*
@@ -37,7 +47,19 @@ typedef struct {
     real3 T;       // tangent for anisotropy; need not be normalised or perpendicular; zero: any
     real ax, ay;   // roughness (alpha; Phong: exponent; Oren-Nayar: sigma) along T and across
     real eta;      // relative index of refraction: below the surface over above, as the shader gave it
-    real3 c0, c1;  // conductor: index of refraction and extinction
+    real3 c0, c1;  // conductor: index of refraction and extinction; dielectrics: tints; hair: tints of R and TT
+#if defined(HAS_LOBE_GENERALIZED_SCHLICK) || defined(HAS_LOBE_CHIANG_HAIR)
+    real3 c2, c3;  // Schlick: f0 and f90; hair: tint of TRT, absorption
+#endif
+#ifdef HAS_LOBE_GENERALIZED_SCHLICK
+    real exponent; // of Schlick's curve
+#endif
+#ifdef HAS_LOBE_CHIANG_HAIR
+    real3 c4, c5;  // longitudinal and azimuthal roughness of R, TT, TRT
+#endif
+#ifdef HAS_LOBE_THIN_FILM
+    real film, film_ior; // thickness in nanometres, 0: none
+#endif
 } Lobe;
 
 typedef struct {

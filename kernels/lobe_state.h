@@ -25,6 +25,21 @@ static inline void store_lobe(const Context *c, uint slot, const Lobe *l)
     path_set3(c, PATH_lobe_c0, slot, l->c0);
     path_set3(c, PATH_lobe_c1, slot, l->c1);
 #endif
+#ifdef PATH_lobe_c2
+    path_set3(c, PATH_lobe_c2, slot, l->c2);
+    path_set3(c, PATH_lobe_c3, slot, l->c3);
+#endif
+#ifdef PATH_lobe_exponent
+    path_set(c, PATH_lobe_exponent, slot, l->exponent);
+#endif
+#ifdef PATH_lobe_c4
+    path_set3(c, PATH_lobe_c4, slot, l->c4);
+    path_set3(c, PATH_lobe_c5, slot, l->c5);
+#endif
+#ifdef PATH_lobe_film
+    path_set(c, PATH_lobe_film, slot, l->film);
+    path_set(c, PATH_lobe_film_ior, slot, l->film_ior);
+#endif
 }
 
 // The weight is not stored: it went into the path's throughput.
@@ -51,6 +66,21 @@ static inline Lobe load_lobe(const Context *c, uint slot)
 #ifdef PATH_lobe_c0
     l.c0 = path_get3(c, PATH_lobe_c0, slot);
     l.c1 = path_get3(c, PATH_lobe_c1, slot);
+#endif
+#ifdef PATH_lobe_c2
+    l.c2 = path_get3(c, PATH_lobe_c2, slot);
+    l.c3 = path_get3(c, PATH_lobe_c3, slot);
+#endif
+#ifdef PATH_lobe_exponent
+    l.exponent = path_get(c, PATH_lobe_exponent, slot);
+#endif
+#ifdef PATH_lobe_c4
+    l.c4 = path_get3(c, PATH_lobe_c4, slot);
+    l.c5 = path_get3(c, PATH_lobe_c5, slot);
+#endif
+#ifdef PATH_lobe_film
+    l.film = path_get(c, PATH_lobe_film, slot);
+    l.film_ior = path_get(c, PATH_lobe_film_ior, slot);
 #endif
     return l;
 }

@@ -2,6 +2,7 @@
 //!
 //! In: built by [`crate::parse`]. Out: read by [`crate::check`]. It must not know types beyond their spelling, nor the IR.
 
+use crate::diag::Diagnostic;
 use crate::source::Span;
 
 /// A whole preprocessed file, in source order.
@@ -9,6 +10,10 @@ use crate::source::Span;
 pub struct File {
     /// Functions, structs and shaders.
     pub items: Vec<Item>,
+    /// Warnings about how it is written.
+    pub warnings: Vec<Diagnostic>,
+    /// Names in parts that could not be read: they may have been declared there.
+    pub broken: Vec<String>,
 }
 
 /// A declaration at file level.

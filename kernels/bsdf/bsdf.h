@@ -38,6 +38,24 @@
 #ifdef HAS_LOBE_CONDUCTOR
 #include "bsdf/conductor.h"
 #endif
+#ifdef HAS_LOBE_OREN_NAYAR_DIFFUSE
+#include "bsdf/oren_nayar_diffuse.h"
+#endif
+#ifdef HAS_LOBE_BURLEY_DIFFUSE
+#include "bsdf/burley_diffuse.h"
+#endif
+#ifdef HAS_LOBE_DIELECTRIC
+#include "bsdf/dielectric.h"
+#endif
+#ifdef HAS_LOBE_GENERALIZED_SCHLICK
+#include "bsdf/generalized_schlick.h"
+#endif
+#ifdef HAS_LOBE_SHEEN
+#include "bsdf/sheen.h"
+#endif
+#ifdef HAS_LOBE_CHIANG_HAIR
+#include "bsdf/chiang_hair.h"
+#endif
 
 // Whether light sampling can't find the lobe: its f is 0 for all pairs of directions but one.
 static inline int bsdf_is_delta(const Lobe *l)
@@ -48,7 +66,9 @@ static inline int bsdf_is_delta(const Lobe *l)
     case LOBE_TRANSPARENT: return 1;
     case LOBE_WARD:
     case LOBE_MICROFACET:
-    case LOBE_CONDUCTOR: return l->ax <= 0;
+    case LOBE_CONDUCTOR:
+    case LOBE_DIELECTRIC:
+    case LOBE_GENERALIZED_SCHLICK: return l->ax <= 0;
     default: return 0;
     }
 }
@@ -78,6 +98,24 @@ static inline real3 bsdf_eval(const Lobe *l, real3 wo, real3 wi, real *pdf)
 #endif
 #ifdef HAS_LOBE_CONDUCTOR
     case LOBE_CONDUCTOR: return conductor_eval(l, wo, wi, pdf);
+#endif
+#ifdef HAS_LOBE_OREN_NAYAR_DIFFUSE
+    case LOBE_OREN_NAYAR_DIFFUSE: return oren_nayar_diffuse_eval(l, wo, wi, pdf);
+#endif
+#ifdef HAS_LOBE_BURLEY_DIFFUSE
+    case LOBE_BURLEY_DIFFUSE: return burley_diffuse_eval(l, wo, wi, pdf);
+#endif
+#ifdef HAS_LOBE_DIELECTRIC
+    case LOBE_DIELECTRIC: return dielectric_eval(l, wo, wi, pdf);
+#endif
+#ifdef HAS_LOBE_GENERALIZED_SCHLICK
+    case LOBE_GENERALIZED_SCHLICK: return generalized_schlick_eval(l, wo, wi, pdf);
+#endif
+#ifdef HAS_LOBE_SHEEN
+    case LOBE_SHEEN: return sheen_eval(l, wo, wi, pdf);
+#endif
+#ifdef HAS_LOBE_CHIANG_HAIR
+    case LOBE_CHIANG_HAIR: return chiang_hair_eval(l, wo, wi, pdf);
 #endif
     default: return (real3)(0);
     }
@@ -118,6 +156,24 @@ static inline int bsdf_sample(const Lobe *l, real3 wo, real3 u, real3 *wi, real3
 #ifdef HAS_LOBE_CONDUCTOR
     case LOBE_CONDUCTOR: return conductor_sample(l, wo, u, wi, value, pdf);
 #endif
+#ifdef HAS_LOBE_OREN_NAYAR_DIFFUSE
+    case LOBE_OREN_NAYAR_DIFFUSE: return oren_nayar_diffuse_sample(l, wo, u, wi, value, pdf);
+#endif
+#ifdef HAS_LOBE_BURLEY_DIFFUSE
+    case LOBE_BURLEY_DIFFUSE: return burley_diffuse_sample(l, wo, u, wi, value, pdf);
+#endif
+#ifdef HAS_LOBE_DIELECTRIC
+    case LOBE_DIELECTRIC: return dielectric_sample(l, wo, u, wi, value, pdf);
+#endif
+#ifdef HAS_LOBE_GENERALIZED_SCHLICK
+    case LOBE_GENERALIZED_SCHLICK: return generalized_schlick_sample(l, wo, u, wi, value, pdf);
+#endif
+#ifdef HAS_LOBE_SHEEN
+    case LOBE_SHEEN: return sheen_sample(l, wo, u, wi, value, pdf);
+#endif
+#ifdef HAS_LOBE_CHIANG_HAIR
+    case LOBE_CHIANG_HAIR: return chiang_hair_sample(l, wo, u, wi, value, pdf);
+#endif
     default: return 0;
     }
 }
@@ -155,6 +211,24 @@ static inline real bsdf_albedo(const Lobe *l, real3 wo)
 #endif
 #ifdef HAS_LOBE_CONDUCTOR
     case LOBE_CONDUCTOR: return conductor_albedo(l, wo);
+#endif
+#ifdef HAS_LOBE_OREN_NAYAR_DIFFUSE
+    case LOBE_OREN_NAYAR_DIFFUSE: return oren_nayar_diffuse_albedo(l, wo);
+#endif
+#ifdef HAS_LOBE_BURLEY_DIFFUSE
+    case LOBE_BURLEY_DIFFUSE: return burley_diffuse_albedo(l, wo);
+#endif
+#ifdef HAS_LOBE_DIELECTRIC
+    case LOBE_DIELECTRIC: return dielectric_albedo(l, wo);
+#endif
+#ifdef HAS_LOBE_GENERALIZED_SCHLICK
+    case LOBE_GENERALIZED_SCHLICK: return generalized_schlick_albedo(l, wo);
+#endif
+#ifdef HAS_LOBE_SHEEN
+    case LOBE_SHEEN: return sheen_albedo(l, wo);
+#endif
+#ifdef HAS_LOBE_CHIANG_HAIR
+    case LOBE_CHIANG_HAIR: return chiang_hair_albedo(l, wo);
 #endif
     default: return 0;
     }

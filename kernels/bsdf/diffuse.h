@@ -1,7 +1,11 @@
 // diffuse(N): Lambert's reflection, f = 1/pi.
+// Also what subsurface scattering comes to when light leaves where it entered: subsurface_bssrdf(N, albedo, radius, anisotropy) at
+// radius 0, and subsurface(eta, g, mfp, albedo) at the shading normal. Their albedo, that of all scattering together, is a factor of the
+// weight (ClosureRow::tint); radius and anisotropy don't count (docs/closures.md).
 #ifndef OSLCL_BSDF_DIFFUSE_H
 #define OSLCL_BSDF_DIFFUSE_H
 
+#include "bsdf/albedo.h"
 #include "bsdf/frame.h"
 #include "bsdf/sampling.h"
 #include "lobe.h"
@@ -14,6 +18,10 @@ static inline Lobe closure_diffuse_v(real3 N)
     l.N = safe_normalize(N);
     return l;
 }
+
+static inline Lobe closure_subsurface_bssrdf_vvf(real3 N, real3 radius, real anisotropy) { return closure_diffuse_v(N); }
+
+static inline Lobe closure_subsurface_ffv(real3 N, real eta, real g, real3 mfp) { return closure_diffuse_v(N); }
 
 static inline real diffuse_albedo(const Lobe *l, real3 wo) { return dot(l->N, wo) > 0 ? 1 : 0; }
 
@@ -35,5 +43,7 @@ static inline int diffuse_sample(const Lobe *l, real3 wo, real3 u, real3 *wi, re
     *pdf = local_wi.z * (real)INV_PI;
     return SAMPLE_REFLECT | SAMPLE_DIFFUSE;
 }
+
+ALBEDO_IS_EXACT(diffuse)
 
 #endif

@@ -7,6 +7,7 @@
 #ifndef OSLCL_BSDF_MICROFACET_H
 #define OSLCL_BSDF_MICROFACET_H
 
+#include "bsdf/albedo.h"
 #include "bsdf/distribution.h"
 #include "bsdf/fresnel.h"
 
@@ -103,6 +104,27 @@ static inline int microfacet_sample(const Lobe *l, real3 wo, real3 u, real3 *wi,
     }
     *value = (real3)(weight);
     return (reflects ? SAMPLE_REFLECT : SAMPLE_TRANSMIT) | (rough ? SAMPLE_GLOSSY : SAMPLE_DELTA);
+}
+
+// The mean of one kind of light over the rule of albedo.h.
+static inline real microfacet_one_side(Lobe l, real3 wo, int side)
+{
+    l.flags = (l.flags & LOBE_BECKMANN) | (side & (LOBE_REFLECTS | LOBE_TRANSMITS));
+    real sum = 0;
+    for (int k = 0; k < ALBEDO_POINTS; k++) {
+        real3 wi, value;
+        real pdf;
+        if (microfacet_sample(&l, wo, albedo_point(k), &wi, &value, &pdf)) sum += value.x;
+    }
+    return fmin(sum / ALBEDO_POINTS, (real)1);
+}
+
+static inline real3 microfacet_albedo3(Lobe l, real3 wo)
+{
+    real albedo = 0;
+    if (l.flags & LOBE_REFLECTS) albedo += microfacet_one_side(l, wo, LOBE_REFLECTS);
+    if (l.flags & LOBE_TRANSMITS) albedo += microfacet_one_side(l, wo, LOBE_TRANSMITS);
+    return (real3)(fmin(albedo, (real)1));
 }
 
 #endif

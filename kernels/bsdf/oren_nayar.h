@@ -5,6 +5,7 @@
 #ifndef OSLCL_BSDF_OREN_NAYAR_H
 #define OSLCL_BSDF_OREN_NAYAR_H
 
+#include "bsdf/albedo.h"
 #include "bsdf/frame.h"
 #include "bsdf/sampling.h"
 #include "lobe.h"
@@ -54,5 +55,7 @@ static inline int oren_nayar_sample(const Lobe *l, real3 wo, real3 u, real3 *wi,
     *pdf = local_wi.z * (real)INV_PI;
     return SAMPLE_REFLECT | SAMPLE_DIFFUSE;
 }
+
+ALBEDO_BY_SAMPLING(oren_nayar)
 
 #endif

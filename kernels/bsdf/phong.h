@@ -5,6 +5,7 @@
 #ifndef OSLCL_BSDF_PHONG_H
 #define OSLCL_BSDF_PHONG_H
 
+#include "bsdf/albedo.h"
 #include "bsdf/fresnel.h"
 #include "bsdf/frame.h"
 #include "bsdf/sampling.h"
@@ -56,5 +57,7 @@ static inline int phong_sample(const Lobe *l, real3 wo, real3 u, real3 *wi, real
     *value = (real3)(phong_ratio(n, ci));
     return SAMPLE_REFLECT | SAMPLE_GLOSSY;
 }
+
+ALBEDO_BY_SAMPLING(phong)
 
 #endif

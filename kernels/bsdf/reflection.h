@@ -3,6 +3,7 @@
 #ifndef OSLCL_BSDF_REFLECTION_H
 #define OSLCL_BSDF_REFLECTION_H
 
+#include "bsdf/albedo.h"
 #include "bsdf/fresnel.h"
 #include "bsdf/sampling.h"
 #include "lobe.h"
@@ -34,5 +35,7 @@ static inline int reflection_sample(const Lobe *l, real3 wo, real3 u, real3 *wi,
     *pdf = 0;
     return SAMPLE_REFLECT | SAMPLE_DELTA;
 }
+
+ALBEDO_IS_EXACT(reflection)
 
 #endif

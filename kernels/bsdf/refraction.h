@@ -7,6 +7,7 @@
 #ifndef OSLCL_BSDF_REFRACTION_H
 #define OSLCL_BSDF_REFRACTION_H
 
+#include "bsdf/albedo.h"
 #include "bsdf/fresnel.h"
 #include "bsdf/sampling.h"
 #include "lobe.h"
@@ -36,5 +37,7 @@ static inline int refraction_sample(const Lobe *l, real3 wo, real3 u, real3 *wi,
     *pdf = 0;
     return SAMPLE_TRANSMIT | SAMPLE_DELTA;
 }
+
+ALBEDO_IS_EXACT(refraction)
 
 #endif

@@ -1,7 +1,9 @@
 // translucent(N): Lambert's law on the other side, f = 1/pi for directions below the surface.
+// translucent_bsdf(N, albedo) is the same; its albedo is a factor of the weight (ClosureRow::tint).
 #ifndef OSLCL_BSDF_TRANSLUCENT_H
 #define OSLCL_BSDF_TRANSLUCENT_H
 
+#include "bsdf/albedo.h"
 #include "bsdf/frame.h"
 #include "bsdf/sampling.h"
 #include "lobe.h"
@@ -14,6 +16,8 @@ static inline Lobe closure_translucent_v(real3 N)
     l.N = safe_normalize(N);
     return l;
 }
+
+static inline Lobe closure_translucent_bsdf_v(real3 N) { return closure_translucent_v(N); }
 
 static inline real translucent_albedo(const Lobe *l, real3 wo) { return dot(l->N, wo) > 0 ? 1 : 0; }
 
@@ -35,5 +39,7 @@ static inline int translucent_sample(const Lobe *l, real3 wo, real3 u, real3 *wi
     *pdf = local_wi.z * (real)INV_PI;
     return SAMPLE_TRANSMIT | SAMPLE_DIFFUSE;
 }
+
+ALBEDO_IS_EXACT(translucent)
 
 #endif

@@ -5,6 +5,7 @@
 #ifndef OSLCL_BSDF_WARD_H
 #define OSLCL_BSDF_WARD_H
 
+#include "bsdf/albedo.h"
 #include "bsdf/distribution.h"
 #include "bsdf/fresnel.h"
 
@@ -61,5 +62,7 @@ static inline int ward_sample(const Lobe *l, real3 wo, real3 u, real3 *wi, real3
     *value = (real3)(local_wi.z / (oh * h.z));
     return SAMPLE_REFLECT | SAMPLE_GLOSSY;
 }
+
+ALBEDO_BY_SAMPLING(ward)
 
 #endif

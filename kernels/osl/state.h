@@ -15,6 +15,9 @@ static inline int osl_trace_hit_i_vv(const ShaderGlobals *sg, real3 from, real3 
 {
     return sg->u / dot(from, direction) > (real)0.5;
 }
+#ifdef HAS_DERIVATIVES
+static inline int osl_flip_handedness_i_(const ShaderGlobals *sg) { return sg->flip_handedness; }
+#endif
 static inline int osl_raytype_bit_i_i(const ShaderGlobals *sg, int bit) { return (sg->raytype & bit) != 0; }
 
 // Spaces as `lower` numbers them: 0 common and world, 1 object, 2 shader, 3 camera, from 4 on the others of ShaderGlobals.

@@ -100,7 +100,7 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
-    let settings = textures::Settings { search: scene.textures.clone(), automip: true };
+    let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
     let library = Arc::new(Library::new(settings));
     let next = AtomicUsize::new(0);
     let results: Vec<Mutex<Option<Result<_, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
@@ -137,6 +137,12 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
                 compiled.warnings.extend(output.warnings.iter().map(plain));
                 let missing = missing(&library, &output.artifact);
                 compiled.warnings.extend(missing.map(|m| format!("warning: material `{material}`: {m}\n")));
+                if !output.artifact.volumes.is_empty() {
+                    let volumes = output.artifact.volumes.join(", ");
+                    compiled.warnings.push(format!(
+                        "warning: material `{material}`: media are not simulated yet, light passes as through a vacuum ({volumes})\n"
+                    ));
+                }
                 match role {
                     Role::Light => compiled.artifacts[index] = Some(output.artifact),
                     Role::Displacement(of) => compiled.displacements[of] = Some(output.artifact),

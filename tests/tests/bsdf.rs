@@ -66,16 +66,24 @@ fn close(a: f64, b: f64, tolerance: f64) -> bool {
 fn tolerance(case: &Case, epsilon: f64) -> f64 {
     let width = match case.closure {
         3 => (case.a + 1.0).powf(-0.5),
-        4 | 5 | 10 => case.a.min(case.b).max(1e-4),
+        4 | 5 | 10 | 15 | 16 => case.a.min(case.b).max(1e-4),
+        20 => 0.1,
+        // Sheen's transform stretches directions by its roughness.
+        19 => 0.1 * case.a,
         6 => case.a.max(1e-4),
         _ => 1.0,
     };
     let bend = match case.closure {
-        5 | 6 if case.refract != 0 && case.eta > 0.0 => (case.eta - 1.0).abs().clamp(1e-3, 1.0),
+        5 | 6 | 15 | 16 if case.refract != 0 && case.eta > 0.0 => (case.eta - 1.0).abs().clamp(1e-3, 1.0),
         _ => 1.0,
     };
     let cos = dot(case.n, case.wo()).max(1e-3);
     256.0 * epsilon / (width * bend * cos)
+}
+
+/// Whether a film leaves hardly anything of a channel: a small difference of the other two then, with few digits.
+fn faint(case: &Case, s: &Sample, channel: usize) -> bool {
+    case.dist & 4 != 0 && s.value[channel] < 0.02 * s.value.iter().fold(0.0, |a: f64, b| a.max(*b))
 }
 
 fn finite(sample: &Sample) -> bool {
@@ -87,7 +95,7 @@ fn finite(sample: &Sample) -> bool {
 /// Everything but the chi-squared test, whose p-value is returned.
 fn examine(lab: &Lab, case: &Case, samples: usize, seed: u32) -> (Vec<String>, Option<f64>) {
     // A lobe with one direction needs no statistics.
-    let is_smooth = matches!(case.closure, 7 | 8 | 9 | 11) || (case.closure == 6 && case.a < 1e-4);
+    let is_smooth = matches!(case.closure, 7 | 8 | 9 | 11 | 21) || (case.closure == 6 && case.a < 1e-4);
     let samples = if is_smooth { 1024 } else { samples };
     let drawn = lab.sample(case, samples, seed).expect("the lobe is sampled");
     let mut exam = Examination { case, tolerance: tolerance(case, lab.epsilon()), failures: Vec::new() };
@@ -115,7 +123,7 @@ fn directions(exam: &mut Examination, taken: &[Sample], epsilon: f64) {
     exam.check(taken.iter().all(on_its_side), || "a direction is on the wrong side".into());
     let one_of_both = |s: &Sample| (s.flags & REFLECT != 0) != (s.flags & TRANSMIT != 0);
     exam.check(taken.iter().all(one_of_both), || "flags".into());
-    let straight = case.closure == 11;
+    let straight = matches!(case.closure, 11 | 21);
     let refracted = if straight { case.wo().map(|x| -x) } else { case.refracted(case.eta).0 };
     let exact = |s: &Sample| {
         let wanted = if s.flags & REFLECT != 0 { case.mirror() } else { refracted };
@@ -127,24 +135,29 @@ fn directions(exam: &mut Examination, taken: &[Sample], epsilon: f64) {
 
 /// Density and value of a sample are those of the evaluation.
 fn agreement(exam: &mut Examination, taken: &[Sample]) {
-    let tolerance = exam.tolerance;
+    let (case, tolerance) = (exam.case, exam.tolerance);
     let rough = || taken.iter().filter(|s| s.flags & DELTA == 0);
     exam.most(rough(), "pdf of sample and eval", |s| s.pdf > 0.0 && close(s.pdf, s.eval_pdf, tolerance));
     exam.most(rough(), "value is not f / pdf", |s| {
-        (0..3).all(|c| close(s.value[c], s.f[c] / s.eval_pdf, 2.0 * tolerance))
+        (0..3).all(|c| close(s.value[c], s.f[c] / s.eval_pdf, 2.0 * tolerance) || faint(case, s, c))
     });
     exam.check(taken.iter().all(|s| s.value.iter().all(|v| *v >= 0.0)), || "a negative value".into());
 }
 
 /// f(wo, wi) = f(wi, wo) of reflection.
 fn reciprocity(exam: &mut Examination, taken: &[Sample]) {
+    // Fitted and offset-dependent lobes are not reciprocal.
+    if exam.case.closure == 20 || (exam.case.closure == 19 && exam.case.refract == 1) {
+        return;
+    }
+    let case = exam.case;
     let (n, wo, tolerance) = (exam.case.n, exam.case.wo(), exam.tolerance);
     let reflected = taken.iter().filter(|s| s.flags & REFLECT != 0 && s.flags & DELTA == 0);
     exam.most(reflected, "reciprocity", |s| {
         let (ci, co) = (dot(n, s.wi), dot(n, wo));
         // Shallow directions have few digits in their cosine.
         let slack = 4.0 * tolerance * (1.0 + 0.01 / ci);
-        (0..3).all(|c| close(s.f[c] * co, s.swapped[c] * ci, slack))
+        (0..3).all(|c| close(s.f[c] * co, s.swapped[c] * ci, slack) || faint(case, s, c))
     });
 }
 
@@ -160,16 +173,33 @@ fn energy(exam: &mut Examination, drawn: &[Sample]) {
         let noise = 4.5 * (variance / count).sqrt() + 1e-5;
         exam.check(mean <= 1.0 + noise, || format!("energy {mean} +- {noise}"));
         exam.check(mean == 0.0 || albedo > 0.0, || format!("energy {mean} but albedo 0"));
+        let layered = drawn.first().map_or(0.0, |s| s.albedo3[channel]);
+        let bound = albedo_error(exam.case) + noise;
+        exam.check((layered - mean).abs() <= bound, || {
+            format!("energy {mean} +- {noise}, but albedo {layered} for layers")
+        });
         if let Some(known) = known_energy(exam.case) {
             exam.check((mean - known).abs() <= noise + 2e-3, || format!("energy {mean}, not {known}"));
         }
     }
 }
 
+/// How far the albedo that layer() takes may be from the truth (docs/closures.md).
+fn albedo_error(case: &Case) -> f64 {
+    match case.closure {
+        // Sheen's rational fit.
+        19 if case.refract == 0 => 0.09,
+        0 | 2 | 7 | 8 | 9 | 11 | 12 | 17..=21 => 2e-3,
+        _ if case.degrees > 85.0 => 0.08,
+        _ => 0.04,
+    }
+}
+
 /// The share of light that a case scatters, where it is known.
 fn known_energy(case: &Case) -> Option<f64> {
     match case.closure {
-        0 | 2 | 8 | 11 => Some(1.0),
+        0 | 2 | 8 | 11 | 12 | 17 | 18 | 21 => Some(1.0),
+        13 if case.refract == 1 => Some(1.0),
         1 if case.a < 1e-6 => Some(1.0),
         // Few facets shade each other when they are hardly tilted.
         5 | 6 if case.refract == 2 && case.a <= 1e-3 && case.b <= 1e-3 && case.degrees < 70.0 => Some(1.0),
@@ -313,7 +343,7 @@ fn wild_parameters_give_finite_numbers() {
         let lab = Lab::new(precision).expect("the kernels build");
         let results = lab.wild(1 << 19, 7).expect("the lobes are asked");
         let mut wrong = std::collections::BTreeMap::new();
-        results.iter().filter(|r| r.0 != 0).for_each(|r| *wrong.entry((r.0, r.1 % 16)).or_insert(0) += 1);
+        results.iter().filter(|r| r.0 != 0).for_each(|r| *wrong.entry((r.0, r.1 % 32)).or_insert(0) += 1);
         assert!(wrong.is_empty(), "{precision:?}, (what, closure): count {wrong:?}");
     }
 }

@@ -1,5 +1,6 @@
 //! What a shader can do to the renderer and asks of it, read off its IR.
 
+use crate::backend::opencl_c::lobes::{has_film, slot_has_film};
 use crate::builtins::{self, ClosureRole};
 use crate::ir::{Arg, Const, Inst, LocalId, LocalKind, Shader, Stmt, ValueId};
 use serde::Serialize;
@@ -49,6 +50,7 @@ pub struct State {
 #[derive(Debug)]
 pub(super) struct Effects {
     pub lobes: Vec<String>,
+    pub volumes: Vec<String>,
     pub globals: Vec<&'static str>,
     pub state: State,
     pub noise: Vec<String>,
@@ -61,8 +63,10 @@ pub(super) struct Effects {
 /// Reads a shader after `passes`.
 pub(super) fn of(shader: &Shader) -> Effects {
     let mut lobes = BTreeSet::new();
+    let mut volumes = BTreeSet::new();
     let mut effects = Effects {
         lobes: Vec::new(),
+        volumes: Vec::new(),
         globals: Vec::new(),
         state: State::default(),
         noise: Vec::new(),
@@ -80,9 +84,14 @@ pub(super) fn of(shader: &Shader) -> Effects {
         None => Radiance::None,
     };
     for slot in &shader.slots {
-        match builtins::closure(slot.closure).role {
+        let row = builtins::closure(slot.closure);
+        effects.state.backfacing |= row.state.contains(&"backfacing");
+        match row.role {
             ClosureRole::Lobe(name) => {
                 lobes.insert(name.to_owned());
+                if slot_has_film(slot) {
+                    lobes.insert("thin_film".to_owned());
+                }
             }
             ClosureRole::Transparent => {
                 lobes.insert("transparent".to_owned());
@@ -91,19 +100,39 @@ pub(super) fn of(shader: &Shader) -> Effects {
             ClosureRole::Emission => effects.emission = effects.emission.add(radiance(slot.weight)),
             ClosureRole::Background => effects.background = effects.background.add(radiance(slot.weight)),
             ClosureRole::Holdout => effects.holdout = true,
-            ClosureRole::Debug | ClosureRole::NotYet => {}
+            ClosureRole::Volume => {
+                volumes.insert(row.name.to_owned());
+            }
+            ClosureRole::Debug | ClosureRole::Layer => {}
         }
     }
+    albedos(shader, &mut |id, args| {
+        let row = builtins::closure(id);
+        effects.state.backfacing |= row.state.contains(&"backfacing");
+        if let ClosureRole::Lobe(name) = row.role {
+            lobes.insert(name.to_owned());
+        }
+        let is_zero =
+            |at: usize| matches!(&shader.values[args[at].0 as usize].inst, Inst::Const(Const::Float(x)) if *x == 0.0);
+        if has_film(id, is_zero) {
+            lobes.insert("thin_film".to_owned());
+        }
+    });
     effects.lobes = lobes.into_iter().collect();
-    effects.globals = globals(shader);
+    effects.volumes = volumes.into_iter().collect();
+    let read = globals(shader);
+    effects.state.derivatives = read.iter().any(|g| g.is_derivative());
+    // A global is asked for by its derivative alone, too.
+    let bases: BTreeSet<crate::ir::Global> = read.iter().map(|g| g.base()).collect();
+    effects.globals = bases.into_iter().map(|g| g.name()).collect();
     calls(shader, &mut effects);
     // The generated code itself asks which side emits, and from where the lobes are seen.
     effects.state.backfacing |= effects.emission != Radiance::None;
     effects
 }
 
-/// OSL's globals that are read, in declaration order.
-fn globals(shader: &Shader) -> Vec<&'static str> {
+/// The globals that are read, in declaration order.
+fn globals(shader: &Shader) -> Vec<crate::ir::Global> {
     let mut read = BTreeSet::new();
     for block in shader.blocks() {
         block.walk(&mut |s| {
@@ -130,7 +159,20 @@ fn globals(shader: &Shader) -> Vec<&'static str> {
         .collect();
     found.sort();
     found.dedup();
-    found.into_iter().map(|g| g.name()).collect()
+    found
+}
+
+/// Calls `f` on every lobe whose albedo is asked for.
+fn albedos(shader: &Shader, f: &mut dyn FnMut(builtins::ClosureId, &[ValueId])) {
+    for block in shader.blocks() {
+        block.walk(&mut |s| {
+            if let Stmt::Let(v) = s
+                && let Inst::Albedo(id, args) = &shader.values[v.0 as usize].inst
+            {
+                f(*id, args);
+            }
+        });
+    }
 }
 
 /// State and noise that calls ask for.
@@ -158,6 +200,7 @@ fn calls(shader: &Shader, effects: &mut Effects) {
             _ => {}
         }
         if let Some(kind) = name.strip_prefix("noise_").or_else(|| name.strip_prefix("pnoise_")) {
+            let kind = kind.split("_slopes").next().unwrap_or(kind);
             noise.insert(kind.to_owned());
         }
     };

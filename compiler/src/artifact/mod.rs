@@ -4,8 +4,10 @@
 //! written.
 
 mod effects;
+mod inputs;
 
 pub use effects::{Radiance, State};
+pub use inputs::{Inputs, Slot};
 
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
@@ -33,8 +35,11 @@ pub struct Artifact {
     pub code: String,
     /// The headers that `code` includes, relative to kernels/.
     pub includes: Vec<String>,
-    /// Names of the lobe types that can occur (`LOBE_*` of kernels/lobe.h in small letters), sorted, each once.
+    /// Names of the lobe types that can occur (`LOBE_*` of kernels/lobe.h in small letters), sorted, each once; `thin_film` when
+    /// one of them can lie under a film.
     pub lobes: Vec<String>,
+    /// Names of the closures for media that can occur, sorted, each once.
+    pub volumes: Vec<String>,
     /// Fields of `ShaderGlobals` that the code reads: OSL's names of the globals.
     pub globals: Vec<&'static str>,
     /// What else of the renderer's state it reads.
@@ -53,12 +58,14 @@ pub struct Artifact {
     pub has_holdout: bool,
     /// Outputs of a grid function, in order; empty for materials.
     pub outputs: Vec<Output>,
+    /// What the renderer supplies beside the globals.
+    pub inputs: Inputs,
     /// The calls that print, by the number in their records. When there are any, the code needs `HAS_MESSAGES` defined and
     /// the records' buffer in `ShaderGlobals` (kernels/osl/records.h).
     pub sites: Vec<Site>,
     /// The texts of the strings in the code, sorted.
     pub strings: Vec<String>,
-    /// Parameters, defaults and metadata as written.
+    /// Parameters, defaults and metadata as written; of a group those of its last layer.
     pub info: ShaderInfo,
 }
 
@@ -74,6 +81,7 @@ impl Artifact {
             code: code.text,
             includes: code.includes,
             lobes: effects.lobes,
+            volumes: effects.volumes,
             globals: effects.globals,
             state: effects.state,
             noise: effects.noise,
@@ -84,6 +92,7 @@ impl Artifact {
             has_transparent: effects.transparent,
             has_holdout: effects.holdout,
             outputs: code.outputs,
+            inputs: inputs::of(shader),
             sites: code.sites,
             strings: code.strings,
             info,

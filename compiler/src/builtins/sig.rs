@@ -16,6 +16,17 @@ pub struct Formal {
     pub output: bool,
 }
 
+/// A token that a closure call may give a value for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Key {
+    /// The token.
+    pub token: &'static str,
+    /// Its value's type: int or float.
+    pub ty: Type,
+    /// The value when the call says nothing.
+    pub default: f64,
+}
+
 /// One overload after `T`, `triple` and `ptype` are spelt out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overload {
@@ -39,6 +50,26 @@ static CLOSURE_FORMALS: LazyLock<Vec<Vec<Formal>>> = LazyLock::new(|| {
         .map(|row| row.args.split(',').filter(|a| !a.is_empty()).map(|a| formal(a, None)).collect())
         .collect()
 });
+
+static CLOSURE_KEYS: LazyLock<Vec<Vec<Key>>> =
+    LazyLock::new(|| CLOSURES.iter().map(|row| row.keys.split(',').filter_map(key).collect()).collect());
+
+/// `TYPE TOKEN=DEFAULT`. The table test makes sure that nothing else stands here.
+fn key(text: &'static str) -> Option<Key> {
+    let (ty, rest) = text.split_once(' ')?;
+    let (token, default) = rest.split_once('=')?;
+    Some(Key { token, ty: formal(ty, None).ty?, default: default.parse().ok()? })
+}
+
+/// The tokens of a closure; in the IR their values follow the formal arguments.
+pub fn closure_keys(id: super::ClosureId) -> &'static [Key] {
+    &CLOSURE_KEYS[id.0 as usize]
+}
+
+/// Number of arguments of a closure in the IR: the formal ones and the tokens' values.
+pub fn closure_arity(id: super::ClosureId) -> usize {
+    closure_formals(id).len() + closure_keys(id).len()
+}
 
 /// The overloads of a row, in order of preference.
 pub fn overloads(id: super::FuncId) -> &'static [Overload] {
@@ -137,6 +168,15 @@ mod tests {
             for f in closure_formals(crate::builtins::ClosureId(i as u16)) {
                 assert!(f.ty.is_some_and(|t| t.base != Base::Void), "{}", row.name);
             }
+            let keys = closure_keys(crate::builtins::ClosureId(i as u16));
+            assert_eq!(keys.len(), row.keys.split(',').filter(|k| !k.is_empty()).count(), "{}", row.name);
+            assert!(keys.iter().all(|k| matches!(k.ty.base, Base::Int | Base::Float)), "{}", row.name);
+            let tint = row.tint.and_then(|t| closure_formals(crate::builtins::ClosureId(i as u16)).get(usize::from(t)));
+            assert!(
+                row.tint.is_none() || tint.is_some_and(|f| f.ty == Some(Type::scalar(Base::Color))),
+                "{}",
+                row.name
+            );
         }
     }
 

@@ -24,9 +24,9 @@ pub(super) fn score(to: Type, from: Type) -> Score {
     }
     match (to.base, from.base) {
         (Base::Float, Base::Int) => Some(77),
-        (a, b) if a.is_point_like() && b.is_point_like() => Some(33),
-        (a, b) if a.is_triple() && b.is_triple() => Some(28),
-        _ => assignable(to.base, from.base).then_some(24),
+        (a, b) if a.is_point_like() && b.is_point_like() => Some(32),
+        (a, b) if a.is_triple() && b.is_triple() => Some(27),
+        _ => assignable(to.base, from.base).then_some(23),
     }
 }
 
@@ -73,7 +73,7 @@ impl Checker {
     }
 
     /// Whether `convert` would succeed. `0` is the null closure.
-    fn converts(&self, expr: &Expr, to: Type) -> bool {
+    pub(super) fn converts(&self, expr: &Expr, to: Type) -> bool {
         let zero = match expr.kind {
             ExprKind::Int(v) => v == 0,
             ExprKind::Float(v) => v == 0.0,

@@ -36,6 +36,7 @@ impl Checker {
             }
         }
         self.check_recursion();
+        self.check_returns();
         let (mut shader, info) = found?;
         shader.vars = std::mem::take(&mut self.vars);
         shader.structs = std::mem::take(&mut self.structs);
@@ -80,6 +81,12 @@ impl Checker {
             self.scopes.declare_broken(&p.name.name);
             return self.fail(Diagnostic::error("E2013", p.ty.span, "a parameter cannot be void"));
         }
+        if ty.extent == Extent::Unsized && p.output {
+            let message = format!("output parameter `{}` needs a length", p.name.name);
+            self.error(
+                Diagnostic::error("E2013", p.name.span, message).help("only inputs may leave it open: `name[3]`"),
+            );
+        }
         let metadata = self.metadata(&p.metadata);
         let init = match &p.init {
             None => {
@@ -89,14 +96,11 @@ impl Checker {
             }
             // An empty list leaves a struct or array parameter undefined until it is bound.
             Some(ast::Init::List(items, _)) if items.is_empty() => None,
-            Some(init) => self.initial(init, ty, &format!("parameter `{}`", p.name.name)),
+            Some(init) => self.assigned(init, ty, &format!("parameter `{}`", p.name.name)),
         };
         let ty = self.settle_extent(ty, init.as_ref());
-        let varying = metadata.iter().any(|m| match (m.name.as_str(), &m.value) {
-            ("lockgeom", Some(reflect::Value::Int(0))) => true,
-            ("interpolated" | "interactive", Some(reflect::Value::Int(v))) => *v != 0,
-            _ => false,
-        });
+        let open = matches!(p.array, Some(ast::ArraySize::Unsized));
+        let (varying, traits) = reflect::hints(&metadata, open);
         let kind = VarKind::ShaderParam(index);
         let var = self.declare(&p.name, ty, kind, p.output);
         let fields = match ty.base {
@@ -116,7 +120,7 @@ impl Checker {
             fields,
             metadata,
         };
-        Some((Param { var, output: p.output, init, varying }, info))
+        Some((Param { var, output: p.output, init, varying, traits }, info))
     }
 
     fn flat_fields(&self, id: StructId, prefix: &str) -> Vec<reflect::Field> {
@@ -254,7 +258,7 @@ impl Checker {
                 fields.push((f.name.name.clone(), ty));
             }
         }
-        if s.fields.is_empty() {
+        if s.fields.is_empty() && !self.incomplete {
             self.error(Diagnostic::error("E2012", s.name.span, format!("struct `{}` has no fields", s.name.name)));
         }
         let id = StructId(self.structs.len() as u32);
@@ -263,11 +267,7 @@ impl Checker {
     }
 
     pub(super) fn function(&mut self, f: &ast::Function) {
-        let Some(base) = self.base(&f.ret) else {
-            self.scopes.declare_broken(&f.name.name);
-            return;
-        };
-        let ret = Type::scalar(base);
+        let ret = self.base(&f.ret).map(Type::scalar);
         // Parameters first: they decide which overload this is.
         self.scopes.enter();
         let mut params = Vec::new();
@@ -291,10 +291,13 @@ impl Checker {
         }
         self.metadata(&f.metadata);
         self.scopes.leave();
-        if broken {
+        let Some(ret) = ret.filter(|_| !broken) else {
             self.scopes.declare_broken(&f.name.name);
+            if let (Some(body), false) = (&f.body, broken) {
+                self.function_body(None, None, &params, body);
+            }
             return;
-        }
+        };
         if let Some(Symbol::Var(_) | Symbol::Struct(_)) = self.scopes.find_here(&f.name.name) {
             let message = format!("`{}` is already declared in this scope as something else", f.name.name);
             self.error(Diagnostic::error("E2007", f.name.span, message));
@@ -305,25 +308,51 @@ impl Checker {
         let Some(body) = &f.body else { return };
         if sig::by_name(&f.name.name).is_some() && f.body.is_some() && self.shadows_builtin(f, &types) {
             let message = format!("`{}` hides the built-in function with the same parameters", f.name.name);
-            self.warnings.push(Diagnostic::warning("W2001", f.name.span, message));
+            self.warn(Diagnostic::warning("W2001", f.name.span, message));
         }
+        let (stmts, returned) = self.function_body(Some(id), Some(ret), &params, body);
+        if ret != Type::VOID && !returned {
+            self.without_return.insert(id, false);
+        }
+        let slot = &mut self.functions[id.0 as usize];
+        slot.body = Some(stmts);
+        slot.params = params;
+    }
+
+    /// Checks the body of a function: its statements, and whether they hold a `return`.
+    fn function_body(
+        &mut self,
+        id: Option<FunctionId>,
+        ret: Option<Type>,
+        params: &[(VarId, bool)],
+        body: &ast::Block,
+    ) -> (Vec<typed::Stmt>, bool) {
         let outer = (self.current, self.loops, self.returns, self.returned);
-        (self.current, self.loops, self.returns, self.returned) = (Some(id), 0, Some(ret), false);
+        (self.current, self.loops, self.returns, self.returned) = (id, 0, ret, false);
         self.scopes.enter();
-        for (var, _) in &params {
+        for (var, _) in params {
             let name = self.var(*var).name.clone();
             self.scopes.declare_var(&name, *var);
         }
         let stmts = self.block(body);
         self.scopes.leave();
-        if ret != Type::VOID && !self.returned {
-            let message = format!("function `{}` returns {}, but has no `return`", f.name.name, self.show(ret));
-            self.error(Diagnostic::error("E2009", f.name.span, message));
-        }
+        let returned = self.returned;
         (self.current, self.loops, self.returns, self.returned) = outer;
-        let slot = &mut self.functions[id.0 as usize];
-        slot.body = Some(stmts);
-        slot.params = params;
+        (stmts, returned)
+    }
+
+    /// A function without `return` is wrong where it is called; the others are worth a word.
+    fn check_returns(&mut self) {
+        let mut uncalled: Vec<FunctionId> =
+            self.without_return.iter().filter(|(_, called)| !**called).map(|(id, _)| *id).collect();
+        uncalled.sort_unstable();
+        for id in uncalled {
+            let function = &self.functions[id.0 as usize];
+            let message =
+                format!("function `{}` returns {}, but has no `return`", function.name, self.show(function.ret));
+            let d = Diagnostic::warning("W2007", function.span, message);
+            self.warn(d);
+        }
     }
 
     /// The slot of a function: that of its forward declaration, or a new one.
@@ -348,7 +377,7 @@ impl Checker {
                 }
                 if same_result && has_body && f.body.is_some() {
                     let message = format!("function `{}` is already defined with these parameters", f.name.name);
-                    self.warnings.push(Diagnostic::warning("W2001", f.name.span, message).label(at, "here"));
+                    self.warn(Diagnostic::warning("W2001", f.name.span, message).label(at, "here"));
                 }
             }
         }

@@ -56,7 +56,7 @@ impl Checker {
             ast::ExprKind::Binary { .. } => return self.binary_chain(e, wanted),
             ast::ExprKind::Assign { op, lhs, rhs } => return self.assign(*op, lhs, rhs, span),
             ast::ExprKind::Ternary { cond, then, otherwise } => {
-                let cond = self.expr(cond, None).and_then(|c| self.truth(c));
+                let cond = self.expr(cond, Some(Type::INT)).and_then(|c| self.truth(c));
                 let then = self.expr(then, wanted);
                 let otherwise = self.expr(otherwise, wanted);
                 let (cond, then, otherwise) = (cond?, then?, otherwise?);
@@ -140,7 +140,7 @@ impl Checker {
             if let Some(len) = len.filter(|n| i < 0 || i as i64 >= *n) {
                 let message =
                     format!("index {i} is out of range: {} has elements 0 to {}", self.show(base.ty), len - 1);
-                self.warnings.push(Diagnostic::warning("W2002", index.span, message));
+                self.warn(Diagnostic::warning("W2002", index.span, message));
             }
         }
         if base.ty.is_array() {
@@ -243,21 +243,24 @@ impl Checker {
     pub(super) fn require_lvalue(&mut self, e: &Expr) -> Option<()> {
         match &e.kind {
             ExprKind::Var(id) => {
-                let var = self.var(*id).clone();
+                let var = self.var(*id);
                 if var.writable {
                     return Some(());
                 }
+                // As the reference implementation: said, but done.
                 let (what, help) = match var.kind {
-                    VarKind::Global => ("a read-only global variable", "copy it to a variable of your own"),
-                    _ => ("a parameter", "declare it `output`, or copy it to a variable"),
+                    VarKind::Global => {
+                        ("a global variable that shaders should only read", "copy it to a variable of your own")
+                    }
+                    _ => ("a parameter without `output`", "declare it `output`, or copy it to a variable"),
                 };
-                let mut d =
-                    Diagnostic::error("E2006", e.span, format!("`{}` is {what} and cannot be assigned", var.name))
-                        .help(help);
+                let message = format!("`{}` is {what}, and is written here", var.name);
+                let mut d = Diagnostic::warning("W2004", e.span, message).help(help);
                 if var.kind != VarKind::Global {
                     d = d.label(var.span, "declared here");
                 }
-                self.fail(d)
+                self.warn(d);
+                Some(())
             }
             ExprKind::Index(base, _) | ExprKind::Component(base, _) | ExprKind::Field(base, _) => {
                 self.require_lvalue(base)
@@ -277,7 +280,7 @@ impl Checker {
         self.require_lvalue(&target)?;
         let ty = target.ty;
         let Some(op) = op else {
-            let value = self.initial(rhs, ty, "the assignment")?;
+            let value = self.assigned(rhs, ty, "the assignment")?;
             return Some(Expr { kind: ExprKind::Assign(Box::new(target), Box::new(value)), ty, span });
         };
         let ast::Init::Expr(rhs) = rhs else {
@@ -323,6 +326,12 @@ impl Checker {
             });
         }
         let typed = typed.into_iter().collect::<Option<Vec<_>>>()?;
+        self.construct_typed(base, typed, span)
+    }
+
+    /// As [`Checker::construct`], of values whose types are known.
+    pub(super) fn construct_typed(&mut self, base: Base, typed: Vec<Expr>, span: Span) -> Option<Expr> {
+        let ty = Type::scalar(base);
         let strings = typed.iter().take_while(|e| e.ty == Type::STRING).count();
         let numbers = typed.len() - strings;
         if strings == 0 && numbers == 1 && matches!(base, Base::Int | Base::Float | Base::String)

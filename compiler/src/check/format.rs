@@ -22,7 +22,7 @@ impl Checker {
         let Some((format, values)) = args.get(at).zip(args.get(at + 1..)) else { return true };
         let ExprKind::Str(text) = &format.kind else {
             let message = format!("the format of `{name}` is not a literal: its arguments cannot be checked");
-            self.warnings.push(Diagnostic::warning("W2004", span, message));
+            self.warnings.push(Diagnostic::warning("W2010", span, message));
             return true;
         };
         let wrong = match mismatch(name, text, values) {

@@ -5,10 +5,11 @@
 //!
 //! Codes: `E2001` unknown name, `E2002` unknown type, `E2003` type mismatch, `E2004` no overload fits, `E2005` ambiguous
 //! call, `E2006` not assignable, `E2007` redeclared, `E2008` control flow out of place, `E2009` missing return, `E2010`
-//! recursion, `E2011` arrays, `E2012` structs, `E2013` shaders and parameters, `E2014` metadata; `W2001` shadowing and
-//! the like.
+//! recursion, `E2011` arrays, `E2012` structs, `E2013` shaders and parameters, `E2014` metadata, `E2016` token/value arguments; `W2001` shadowing and
+//! the like, `W2008` tokens that a closure does not know.
 
 mod call;
+mod closure;
 pub(crate) mod constant;
 mod convert;
 mod decl;
@@ -22,6 +23,7 @@ mod stmt;
 pub mod typed;
 
 use crate::ast;
+use crate::builtins::{self, sig};
 use crate::diag::Diagnostic;
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, Span};
@@ -61,9 +63,17 @@ pub(crate) const GLOBALS: [(&str, Base, bool); 13] = [
 /// Most findings of one run.
 const MAX_ERRORS: usize = 100;
 
-/// Checks a file. Errors come in source order, warnings among them only on success.
+/// Checks a file. Findings come in the order in which they are found; warnings stand among the errors too.
 pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
-    let mut checker = Checker::default();
+    let mut checker =
+        Checker { warnings: file.warnings.clone(), incomplete: !file.broken.is_empty(), ..Checker::default() };
+    // Names that syntax errors hide: outermost, so that everything else goes before.
+    checker.scopes.enter();
+    for name in &file.broken {
+        if sig::by_name(name).is_none() && builtins::find_closure(name).is_none() {
+            checker.scopes.declare_broken(name);
+        }
+    }
     checker.scopes.enter();
     checker.declare_globals();
     checker.scopes.enter();
@@ -80,6 +90,7 @@ pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
                 );
             }
             errors.truncate(MAX_ERRORS);
+            errors.extend(checker.warnings);
             Err(errors)
         }
     }
@@ -90,6 +101,8 @@ pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
 pub(crate) struct Checker {
     errors: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
+    /// Parts of the file could not be read: what is missing may stand there.
+    incomplete: bool,
     scopes: Scopes,
     vars: Vec<Var>,
     structs: Vec<typed::Struct>,
@@ -104,6 +117,10 @@ pub(crate) struct Checker {
     returns: Option<Type>,
     /// A `return` was seen in the present function.
     returned: bool,
+    /// Functions with a result whose bodies hold no `return`, and whether one was called.
+    without_return: std::collections::HashMap<FunctionId, bool>,
+    /// Calls whose arguments were looked at twice.
+    retries: u32,
     /// Where the file defines functions, for calls that come too early.
     later: std::collections::HashMap<String, Span>,
 }
@@ -112,6 +129,12 @@ impl Checker {
     fn error(&mut self, d: Diagnostic) {
         if self.errors.len() < MAX_ERRORS {
             self.errors.push(d);
+        }
+    }
+
+    fn warn(&mut self, d: Diagnostic) {
+        if self.warnings.len() < MAX_ERRORS {
+            self.warnings.push(d);
         }
     }
 

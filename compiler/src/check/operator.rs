@@ -69,7 +69,7 @@ impl Checker {
         }
         let numeric = is_number(ty);
         let (kind, ty) = match op {
-            UnaryOp::Plus if numeric => return Some(inner),
+            UnaryOp::Plus if numeric || ty == Type::scalar(Base::Closure) => return Some(inner),
             UnaryOp::Neg if numeric || ty == Type::scalar(Base::Closure) => {
                 // A negative literal is a literal.
                 let kind = match inner.kind {

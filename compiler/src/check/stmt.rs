@@ -18,17 +18,15 @@ impl Checker {
         out
     }
 
-    /// One statement as the body of something: in a scope of its own.
+    /// One statement as the body of something. Only braces open a scope: `if (c) float x = 1; else x = 2;` declares one `x`.
     fn body(&mut self, stmt: &ast::Stmt) -> Vec<Stmt> {
-        self.scopes.enter();
         let mut out = Vec::new();
         self.stmt(stmt, &mut out);
-        self.scopes.leave();
         out
     }
 
     fn condition(&mut self, e: &ast::Expr) -> Option<Expr> {
-        let expr = self.expr(e, None)?;
+        let expr = self.expr(e, Some(Type::INT))?;
         self.truth(expr)
     }
 
@@ -105,7 +103,7 @@ impl Checker {
             return;
         }
         let init = match &d.init {
-            Some(init) => self.initial(init, ty, &format!("`{}`", d.name.name)),
+            Some(init) => self.assigned(init, ty, &format!("`{}`", d.name.name)),
             None => None,
         };
         let ty = self.settle_extent(ty, init.as_ref());
@@ -115,7 +113,13 @@ impl Checker {
 
     fn return_(&mut self, at: &ast::Stmt, value: Option<&ast::Init>, out: &mut Vec<Stmt>) {
         self.returned = true;
-        let Some(wanted) = self.returns else { return };
+        let Some(wanted) = self.returns else {
+            // The function's type is unknown, which was said.
+            if let Some(ast::Init::Expr(e)) = value {
+                self.expr(e, None);
+            }
+            return;
+        };
         let value = match value {
             None => {
                 if wanted != Type::VOID {

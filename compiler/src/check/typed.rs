@@ -5,7 +5,7 @@
 use crate::ast::{BinaryOp, IncDecOp};
 use crate::builtins::{ClosureId, FuncId};
 use crate::source::Span;
-use crate::types::{Base, StructId, Type};
+use crate::types::{Base, StructId, Traits, Type};
 
 /// Handle of a [`Var`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -78,6 +78,8 @@ pub struct Param {
     pub init: Option<Expr>,
     /// `lockgeom = 0`, `interpolated = 1` or `interactive = 1` in its metadata.
     pub varying: bool,
+    /// What else is said of it.
+    pub traits: Traits,
 }
 
 /// A checked shader with all that it calls.
@@ -122,6 +124,20 @@ pub struct Expr {
     pub span: Span,
 }
 
+impl Expr {
+    /// Whether it names a place that can be written.
+    pub fn is_place(&self) -> bool {
+        match &self.kind {
+            ExprKind::Var(_) => true,
+            ExprKind::Index(base, _)
+            | ExprKind::Component(base, _)
+            | ExprKind::Element(base, ..)
+            | ExprKind::Field(base, _) => base.is_place(),
+            _ => false,
+        }
+    }
+}
+
 /// What a call goes to.
 #[derive(Clone, Debug)]
 pub enum Callee {
@@ -137,7 +153,7 @@ pub enum Callee {
         /// Which are outputs.
         outputs: Vec<bool>,
     },
-    /// A closure; token/value arguments follow the `formals`.
+    /// A closure; behind the `formals` follow a value per token of its row, and the label if the call has one.
     Closure {
         /// The row.
         id: ClosureId,

@@ -51,7 +51,7 @@ pub struct Group {
     pub layers: Vec<Layer>,
     /// What feeds what.
     pub connections: Vec<Connection>,
-    /// Layers that run whether or not another one needs them, as the last one does.
+    /// When not empty, these layers run in this order, with what they need of others, and not the last one.
     pub entry_layers: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ impl Group {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        self.parts(options)?.evaluate_all(outputs, points)
+        self.parts(options)?.evaluate_all(options, outputs, points)
     }
 
     /// Runs the group on the host, in f64 and with strings as texts, on points `0..count`: all that it computes and says. It
@@ -82,7 +82,7 @@ impl Group {
         count: u32,
         point: &(dyn Fn(u32) -> interp::Globals + Sync),
     ) -> Result<HostRun, Failure> {
-        self.parts(options)?.run_on_host(outputs, count, point)
+        self.parts(options)?.run_on_host(options, outputs, count, point)
     }
 
     /// The layers with the options' values.
@@ -91,6 +91,7 @@ impl Group {
             name: &self.name,
             layers: Vec::new(),
             connections: &self.connections,
+            entry_layers: &self.entry_layers,
             textures: options.textures.clone(),
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
@@ -136,6 +137,7 @@ pub(super) struct Parts<'a> {
     name: &'a str,
     layers: Vec<Part<'a>>,
     connections: &'a [Connection],
+    entry_layers: &'a [String],
     textures: Option<TextureAccess>,
     attributes: Attributes,
     documents: Option<Documents>,
@@ -158,6 +160,7 @@ impl<'a> Parts<'a> {
             name: "",
             layers: vec![Part { name: "", master, settings }],
             connections: &[],
+            entry_layers: &[],
             textures,
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
@@ -198,8 +201,13 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// Joins the layers.
-    fn link(&self, files: &Files) -> Result<Shader, Vec<Diagnostic>> {
+    /// Joins the layers; the names that the outputs have in the joined shader come with it.
+    fn link(
+        &self,
+        files: &Files,
+        options: &Options,
+        outputs: &[String],
+    ) -> Result<(Shader, Vec<String>), Vec<Diagnostic>> {
         let mut parts = Vec::with_capacity(self.layers.len());
         for (part, first_file) in self.layers.iter().zip(&files.first) {
             // The shader of a master is there until it is dropped.
@@ -211,32 +219,26 @@ impl<'a> Parts<'a> {
                 settings: part.settings.clone(),
             });
         }
-        link::link(self.name, &parts, self.connections)
-    }
-
-    /// The parameter that an output's name means; names that mean none stay, for the message of who looks for them.
-    fn resolve(&self, shader: &Shader, name: &str) -> String {
-        let is = |name: &str| shader.params.iter().any(|p| p.output && p.name == name);
-        if name == "Ci" || is(name) {
-            return name.to_owned();
-        }
-        if let [only] = self.layers.as_slice() {
-            let inner = name.strip_prefix(only.name).and_then(|rest| rest.strip_prefix('.'));
-            return inner.unwrap_or(name).to_owned();
-        }
-        let mut names = self.layers.iter().rev().map(|l| format!("{}.{name}", l.name));
-        names.find(|n| is(n)).unwrap_or_else(|| name.to_owned())
+        link::link(&link::Request {
+            name: self.name,
+            parts,
+            connections: self.connections,
+            entry_layers: self.entry_layers,
+            outputs,
+            userdata: options.userdata.as_deref(),
+            userdata_is_connected: options.userdata_is_connected,
+            lazy: options.lazy,
+        })
     }
 
     pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
         let files = self.files();
         let work = || {
-            let mut shader = self.link(&files)?;
             let asked = match &options.entry {
                 Entry::Material => &[][..],
                 Entry::Grid(names) => names,
             };
-            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
             let entry = match &options.entry {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
@@ -286,14 +288,14 @@ impl<'a> Parts<'a> {
 
     pub fn run_on_host(
         &self,
+        options: &Options,
         asked: &[String],
         count: u32,
         point: &(dyn Fn(u32) -> interp::Globals + Sync),
     ) -> Result<HostRun, Failure> {
         let files = self.files();
         let work = || {
-            let mut shader = self.link(&files)?;
-            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
             passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Host, &files, true))?;
             let point = |i| {
                 let globals = point(i);
@@ -314,11 +316,15 @@ impl<'a> Parts<'a> {
         }
     }
 
-    pub fn evaluate_all(&self, asked: &[String], points: &[interp::Globals]) -> Result<Vec<Values>, Failure> {
+    pub fn evaluate_all(
+        &self,
+        options: &Options,
+        asked: &[String],
+        points: &[interp::Globals],
+    ) -> Result<Vec<Values>, Failure> {
         let files = self.files();
         let work = || {
-            let mut shader = self.link(&files)?;
-            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
             passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device, &files, true))?;
             let with = |g: &interp::Globals| interp::Globals {
                 textures: g.textures.clone().or_else(|| self.textures.clone()),

@@ -7,12 +7,13 @@
 mod group;
 mod host;
 mod oso_text;
+mod text;
 
 use crate::artifact::Artifact;
 use crate::attributes::Attributes;
 use crate::diag::{self, Diagnostic};
 use crate::dictionary::Documents;
-use crate::ir::{Const, Shader};
+use crate::ir::{self, Const, Shader, Ty};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
@@ -22,10 +23,11 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
-pub use crate::passes::link::{Connection, Hints};
+pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
 pub use host::HostRun;
 pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
+pub use text::{ParseError, TextError};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +45,27 @@ pub enum Binding {
 }
 
 impl Binding {
+    /// The value as the numbers of a slot, one per real; a string by its id. `None` when it does not fit the slot's type.
+    pub fn numbers(&self, slot: &crate::artifact::Slot) -> Option<Vec<f64>> {
+        use crate::types::{Base, Extent};
+        let ty = match slot.resolved.base {
+            Base::Int => Ty::Int,
+            Base::Float => Ty::Float,
+            Base::Matrix => Ty::Matrix,
+            Base::String => Ty::Str,
+            base if base.is_triple() => Ty::Triple,
+            _ => return None,
+        };
+        let len = match slot.resolved.extent {
+            Extent::Scalar => None,
+            Extent::Fixed(n) => Some(n),
+            Extent::Unsized => return None,
+        };
+        let mut out = Vec::new();
+        ir::numbers(&crate::passes::fitted(&self.constant(), ty, len)?, &mut out);
+        Some(out)
+    }
+
     fn constant(&self) -> Const {
         match self {
             Binding::Int(v) => i32::try_from(*v).map_or(Const::Float(*v as f64), Const::Int),
@@ -67,6 +90,13 @@ pub struct Options {
     pub bindings: Vec<(String, Binding)>,
     /// What to write.
     pub entry: Entry,
+    /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
+    /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
+    pub userdata: Option<Vec<Userdata>>,
+    /// Whether `isconnected` says that a parameter which may read userdata is connected.
+    pub userdata_is_connected: bool,
+    /// When the layers of a group run.
+    pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -85,6 +115,9 @@ impl Default for Options {
             undefines: Vec::new(),
             bindings: Vec::new(),
             entry: Entry::Material,
+            userdata: None,
+            userdata_is_connected: false,
+            lazy: Lazy::default(),
             line_directives: false,
             textures: None,
             attributes: Attributes::default(),
@@ -107,7 +140,7 @@ pub struct Output {
 /// Why there is no result: at least one error.
 #[derive(Clone, Debug, thiserror::Error)]
 pub struct Failure {
-    /// Errors.
+    /// Errors, and the warnings said on the way.
     pub diagnostics: Vec<Diagnostic>,
     /// What they point into.
     pub sources: Arc<SourceMap>,
@@ -130,7 +163,13 @@ impl Includes for NoIncludes {
 }
 
 /// Headers that come with the compiler.
-const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../../shaders-osl/stdosl.h"))];
+const EMBEDDED: &[(&str, &str)] = &[
+    ("stdosl.h", include_str!("../../../shaders-osl/stdosl.h")),
+    (OSO_FUNCTIONS, include_str!("../../../shaders-osl/oso_functions.h")),
+];
+
+/// Built-in functions that `.oso` has no operations for, as OSL.
+const OSO_FUNCTIONS: &str = "oso_functions.h";
 
 /// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
 /// headers can be replaced by files of the same name.
@@ -175,6 +214,9 @@ pub struct Master {
 /// Most `#include`s that are named with a finding.
 const MAX_INCLUDERS: usize = 8;
 
+/// What is said at them.
+const INCLUDED: &str = "included here";
+
 /// Lines whose warnings are silenced.
 type Silenced = Vec<(FileId, u32)>;
 
@@ -185,10 +227,19 @@ fn tell(sources: &SourceMap, nowarn: &Silenced, list: Vec<Diagnostic>) -> Vec<Di
     let mut out = Vec::with_capacity(list.len());
     for mut d in list.into_iter().filter(|d| d.is_error() || !silenced(d)) {
         // A circle of includes is named whole in its message.
-        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002").map(|l| l.span) {
+        let told = d.labels.iter().any(|l| l.text == INCLUDED);
+        if let Some(first) = d.labels.first().filter(|_| d.code != "E0002" && !told).map(|l| l.span) {
             for span in sources.includers(first).take(MAX_INCLUDERS) {
-                d = d.label(span, "included here");
+                d = d.label(span, INCLUDED);
             }
+        }
+        if let Some((file, line)) = d.labels.first().and_then(|l| sources.origin(l.span)) {
+            let origin = format!("it comes from {file}:{line}");
+            d.help = Some(match d.help.take() {
+                Some(help) if help.contains(&origin) => help,
+                Some(help) => format!("{help}; {origin}"),
+                None => origin,
+            });
         }
         out.push(d);
     }
@@ -225,16 +276,64 @@ fn preprocess_options(options: &Options) -> preprocess::Options {
     }
 }
 
+/// Parses and checks. After syntax errors the checker looks at what could be read.
+fn tree(pre: &preprocess::Preprocessed) -> Result<check::Checked, Vec<Diagnostic>> {
+    let parse::Parsed { file, errors } = parse::recover(pre);
+    if errors.is_empty() {
+        return check::check(&file);
+    }
+    let mut all = errors;
+    if !file.items.is_empty()
+        && let Err(found) = check::check(&file)
+    {
+        // What is missing may have stood where nothing could be read.
+        all.extend(found.into_iter().filter(|d| !matches!(d.code, "E2009" | "E2013" | "E2015" | "W2007")));
+    }
+    Err(all)
+}
+
+fn in_order(mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    list.sort_by_key(|d| d.labels.first().map(|l| (l.span.file, l.span.start)));
+    list
+}
+
+/// What a source is compiled to.
+#[derive(Clone, Copy, PartialEq)]
+enum Target {
+    Ir,
+    Oso,
+}
+
+/// Whether a label points into the functions that stand before sources compiled to `.oso`.
+fn in_prelude(sources: &SourceMap, label: &diag::Label) -> bool {
+    sources.file(label.span.file).name.trim_matches(['<', '>']) == OSO_FUNCTIONS
+}
+
 fn checked(
     source: &str,
     options: &Options,
+    target: Target,
     includes: &dyn Includes,
     sources: &mut SourceMap,
 ) -> Result<Parsed, Vec<Diagnostic>> {
-    let settings = preprocess_options(options);
-    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)?;
-    let file = parse::parse(&pre)?;
-    let mut checked = check::check(&file)?;
+    let mut settings = preprocess_options(options);
+    if target == Target::Oso {
+        settings.prelude = Some(OSO_FUNCTIONS);
+    }
+    let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
+        .map_err(|list| tell(sources, &Silenced::new(), list))?;
+    let mut checked = match tree(&pre) {
+        Ok(checked) => checked,
+        Err(mut found) => {
+            found.retain(|d| d.is_error() || !d.labels.iter().any(|l| in_prelude(sources, l)));
+            // What was said before belongs to the errors too.
+            let mut all = tell(sources, &Silenced::new(), pre.warnings);
+            all.extend(tell(sources, &pre.nowarn, found));
+            return Err(in_order(all));
+        }
+    };
+    // That functions of the prelude hide the built-ins, or the user's hide them, is as it should be.
+    checked.warnings.retain(|d| !d.labels.iter().any(|l| in_prelude(sources, l)));
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
     warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));
@@ -245,17 +344,24 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
     if oso::is_oso(source) {
         return oso_text::front(source, options, sources);
     }
-    let front = checked(source, options, includes, sources)?;
-    let shader = lower::lower(&front.checked)?;
+    let front = checked(source, options, Target::Ir, includes, sources)?;
+    let shader = lower::lower(&front.checked)
+        .map_err(|list| in_order([tell(sources, &front.nowarn, list), front.warnings.clone()].concat()))?;
     Ok((shader, front.checked.info, front.warnings, front.nowarn))
 }
 
 impl Master {
     /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines` and `undefines`.
+    /// Takes the text of an `.oso` file too.
     pub fn new(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Master, Failure> {
+        Master::of(|sources| front(source, options, includes, sources))
+    }
+
+    /// A master of what the front half yields.
+    fn of(front: impl FnOnce(&mut SourceMap) -> Front + Send) -> Result<Master, Failure> {
         let (result, sources) = match on_large_stack(|| {
             let mut sources = SourceMap::default();
-            let result = front(source, options, includes, &mut sources);
+            let result = front(&mut sources);
             let result = result.map(|(shader, info, warnings, nowarn)| (Box::new(shader), info, warnings, nowarn));
             (result, Arc::new(sources))
         }) {
@@ -266,7 +372,7 @@ impl Master {
             Ok((shader, info, warnings, nowarn)) => {
                 Ok(Master { shader: Some(shader), info, warnings, nowarn, sources })
             }
-            Err(list) => Err(Failure { diagnostics: tell(&sources, &Silenced::new(), list), sources }),
+            Err(diagnostics) => Err(Failure { diagnostics, sources }),
         }
     }
 
@@ -315,7 +421,7 @@ impl Master {
         count: u32,
         point: &(dyn Fn(u32) -> interp::Globals + Sync),
     ) -> Result<HostRun, Failure> {
-        group::Parts::one(self, options).run_on_host(outputs, count, point)
+        group::Parts::one(self, options).run_on_host(options, outputs, count, point)
     }
 
     /// As [`Master::evaluate`], for many points.
@@ -325,7 +431,7 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        group::Parts::one(self, options).evaluate_all(outputs, points)
+        group::Parts::one(self, options).evaluate_all(options, outputs, points)
     }
 }
 

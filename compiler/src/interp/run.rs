@@ -92,7 +92,12 @@ struct Run<'a> {
 pub fn run(shader: &Shader, globals: &Globals) -> Result<Outcome, Error> {
     // A closure that no pass removed holds an int until something uses it, which is an error.
     let empty = |ty: Ty| ops::zero(ty).unwrap_or(Const::Int(0));
+    let input = |index: u32| globals.input(shader.inputs.get(index as usize)?);
     let start = |local: &crate::ir::Local| match (local.kind, local.len) {
+        (LocalKind::Input(i), None) => input(i).unwrap_or_else(|| empty(local.ty)),
+        (LocalKind::Input(i), Some(len)) => {
+            input(i).unwrap_or_else(|| Const::Array(vec![empty(local.ty); len as usize]))
+        }
         (LocalKind::Global(g), None) => globals.value(g).unwrap_or_else(|| empty(local.ty)),
         (_, None) => empty(local.ty),
         (_, Some(len)) => Const::Array(vec![empty(local.ty); len as usize]),
@@ -268,6 +273,10 @@ impl Run<'_> {
                     .or_else(|| call(name, value.ty, &args))
                     .ok_or_else(|| Error::Unknown { shader: shader.name.clone(), function: name.to_owned() })
             }
+            Inst::Albedo(id, _) => Err(Error::Unknown {
+                shader: shader.name.clone(),
+                function: format!("the albedo of {}", builtins::closure(*id).name),
+            }),
             inst => {
                 let mut args = Vec::with_capacity(4);
                 let mut missing = None;

@@ -2,7 +2,7 @@
 //! that fit the table of built-ins.
 
 use super::{Arg, BinaryOp, Block, Inst, LocalId, LocalKind, Shader, Stmt, Ty, UnaryOp, ValueId};
-use crate::builtins::{self, sig};
+use crate::builtins::{self, ClosureRole, sig};
 use crate::types::Base;
 
 /// The first rule that is broken.
@@ -52,6 +52,13 @@ impl Verifier<'_> {
             let local = self.local(param.local)?;
             ensure(local.kind == LocalKind::Param(i as u32), || format!("param {i}: its local is not its own"))?;
         }
+        for (i, local) in self.shader.locals.iter().enumerate() {
+            if let LocalKind::Input(n) = local.kind {
+                let input = self.shader.inputs.get(n as usize);
+                let fits = input.is_some_and(|input| (input.ty, input.len) == (local.ty, local.len));
+                ensure(fits, || format!("L{i}: there is no such input"))?;
+            }
+        }
         for param in &self.shader.params {
             self.block(&param.init)?;
         }
@@ -59,7 +66,7 @@ impl Verifier<'_> {
         for slot in &self.shader.slots {
             let weight = self.local(slot.weight)?;
             ensure(weight.ty == Ty::Triple && weight.len.is_none(), || "a slot's weight is no triple".into())?;
-            let formals = sig::closure_formals(slot.closure).len();
+            let formals = sig::closure_arity(slot.closure);
             ensure(slot.args.len() == formals, || format!("a slot has {} arguments, not {formals}", slot.args.len()))?;
         }
         Ok(())
@@ -229,13 +236,23 @@ impl Verifier<'_> {
                 self.call(*func, args, &[], Some(declared))?.ok_or_else(|| "a call for its value has none".to_string())
             }
             Inst::Closure(id, args) => {
-                let formals = sig::closure_formals(*id);
-                ensure(formals.len() == args.len(), || format!("closure with {} arguments", args.len()))?;
-                for (formal, arg) in formals.iter().zip(args) {
-                    if let Some(ty) = formal.ty.and_then(|t| formal_ty(t.base)) {
-                        self.expect(*arg, ty)?;
-                    }
+                self.closure(*id, args)?;
+                ensure(builtins::closure(*id).role != ClosureRole::Layer, || "a layer is no slot".into())?;
+                if let Some(label) = args.get(sig::closure_arity(*id)) {
+                    self.expect(*label, Ty::Str)?;
+                    ensure(args.len() == sig::closure_arity(*id) + 1, || "arguments behind the label".into())?;
                 }
+                Ok(Ty::Closure)
+            }
+            Inst::Albedo(id, args) => {
+                self.closure(*id, args)?;
+                let is_lobe = matches!(builtins::closure(*id).role, ClosureRole::Lobe(_));
+                ensure(is_lobe && args.len() == sig::closure_arity(*id), || "the albedo of no lobe".into())?;
+                Ok(Ty::Triple)
+            }
+            Inst::Layer(a, b) => {
+                self.expect(*a, Ty::Closure)?;
+                self.expect(*b, Ty::Closure)?;
                 Ok(Ty::Closure)
             }
             Inst::NullClosure => Ok(Ty::Closure),
@@ -255,6 +272,19 @@ impl Verifier<'_> {
                 Ok(Ty::Int)
             }
         }
+    }
+
+    /// The arguments of a closure or of a lobe's albedo.
+    fn closure(&self, id: builtins::ClosureId, args: &[ValueId]) -> Result<(), String> {
+        let formals = sig::closure_formals(id).iter().filter_map(|f| f.ty);
+        let types: Vec<_> = formals.chain(sig::closure_keys(id).iter().map(|k| k.ty)).collect();
+        ensure(types.len() <= args.len(), || format!("closure with {} arguments", args.len()))?;
+        for (ty, arg) in types.iter().zip(args) {
+            if let Some(ty) = formal_ty(ty.base) {
+                self.expect(*arg, ty)?;
+            }
+        }
+        Ok(())
     }
 
     fn binary(&self, op: BinaryOp, a: Ty, b: Ty) -> Result<Ty, String> {

@@ -14,7 +14,11 @@ impl Inst {
         match self {
             Inst::Const(_) | Inst::Load(_) | Inst::NullClosure => {}
             Inst::LoadElem(_, a) | Inst::Unary(_, a) | Inst::Convert(a) | Inst::ClosureIsSet(a) => f(a),
-            Inst::Binary(_, a, b) | Inst::Component(a, b) | Inst::AddClosure(a, b) | Inst::ScaleClosure(a, b) => {
+            Inst::Binary(_, a, b)
+            | Inst::Component(a, b)
+            | Inst::AddClosure(a, b)
+            | Inst::ScaleClosure(a, b)
+            | Inst::Layer(a, b) => {
                 f(a);
                 f(b);
             }
@@ -36,7 +40,7 @@ impl Inst {
                     f(v);
                 }
             }),
-            Inst::Closure(_, args) => args.iter_mut().for_each(f),
+            Inst::Closure(_, args) | Inst::Albedo(_, args) => args.iter_mut().for_each(f),
         }
     }
 

@@ -9,20 +9,28 @@ use crate::ir::{Arg, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
 use crate::source::Span;
 use crate::types::{Base, Type};
 
+/// A variable, or a field of one: what has storage of its own.
+fn is_whole(e: &Expr) -> bool {
+    match &e.kind {
+        ExprKind::Var(_) => true,
+        ExprKind::Field(base, _) => is_whole(base),
+        _ => false,
+    }
+}
+
 impl Lower<'_> {
     /// Lowers a call; the place of its result, unless it returns nothing.
     pub(super) fn call(&mut self, callee: &Callee, args: &[Expr], e: &Expr) -> Option<Place> {
         match callee {
             Callee::User(id) => self.inline(*id, args, e),
             Callee::Builtin { id, formals, outputs } => self.builtin(*id, formals, outputs, args, e),
-            Callee::Closure { id, formals } => {
-                let row = builtins::closure(*id);
-                if row.role == ClosureRole::NotYet {
-                    self.error(Diagnostic::not_yet("E3002", e.span, format!("closure `{}`", row.name)));
-                    return None;
-                }
-                let values: Vec<ValueId> = args[..*formals].iter().map(|a| self.expr(a)).collect();
-                let value = self.value(Inst::Closure(*id, values), Ty::Closure, e.span);
+            Callee::Closure { id, .. } => {
+                let values: Vec<ValueId> = args.iter().map(|a| self.expr(a)).collect();
+                let inst = match (builtins::closure(*id).role, values.as_slice()) {
+                    (ClosureRole::Layer, [top, base, ..]) => Inst::Layer(*top, *base),
+                    _ => Inst::Closure(*id, values),
+                };
+                let value = self.value(inst, Ty::Closure, e.span);
                 Some(Place::Value(value))
             }
         }
@@ -43,16 +51,17 @@ impl Lower<'_> {
         let mut copy_back = Vec::new();
         for ((var, output), arg) in function.params.iter().zip(args) {
             let formal = tree.var(*var).ty;
-            let is_variable = matches!(arg.kind, ExprKind::Var(_));
+            let is_variable = is_whole(arg);
             // By reference: a variable is bound itself, as long as its type fits exactly.
             let storage = if is_variable && (arg.ty == formal || arg.ty.is_array()) {
                 match self.place(arg) {
                     Place::Stored(storage, None) => storage,
                     _ => continue,
                 }
-            } else if *output {
+            } else if *output && arg.is_place() {
                 let place = self.place(arg);
-                let storage = self.storage(&tree.var(*var).name, formal, LocalKind::Variable);
+                let ty = if arg.ty.is_array() { arg.ty } else { formal };
+                let storage = self.storage(&tree.var(*var).name, ty, LocalKind::Variable);
                 self.copy(&Place::whole(storage.clone()), &place, arg.span);
                 copy_back.push((place, storage.clone(), arg.span));
                 storage

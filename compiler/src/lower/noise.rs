@@ -10,7 +10,7 @@ use crate::diag::Diagnostic;
 use crate::ir::{Const, Inst, Ty, ValueId};
 use crate::source::Span;
 use crate::suggest;
-use crate::types::{Base, Type};
+use crate::types::Type;
 
 /// Kinds by name, with the suffix of their rows. The reference implementation takes some of the synonyms for literals only
 /// and others for strings of run time only; here all are known everywhere.
@@ -157,7 +157,7 @@ impl Lower<'_> {
     }
 
     /// The difference of a point between neighbouring pixels.
-    fn difference(&mut self, _row: &str, _p: ValueId, span: Span) -> ValueId {
-        self.zero(Type::scalar(Base::Vector), span)
+    fn difference(&mut self, row: &str, p: ValueId, span: Span) -> ValueId {
+        self.internal(row, arg_values(&[p]), Ty::Triple, span)
     }
 }

@@ -89,7 +89,8 @@ impl<'a> Builder<'a> {
         Diagnostic::error("E1001", span, "something is missing here")
     }
 
-    pub fn file(&self, pair: Pair<'_, Rule>) -> Result<File, Vec<Diagnostic>> {
+    /// The tree, and what is wrong in it.
+    pub fn file(&self, pair: Pair<'_, Rule>) -> (File, Vec<Diagnostic>) {
         let mut items = Vec::new();
         for child in children(pair) {
             let item = match child.as_rule() {
@@ -102,8 +103,8 @@ impl<'a> Builder<'a> {
                 Err(d) => self.problems.borrow_mut().push(d),
             }
         }
-        let problems = self.problems.take();
-        if problems.is_empty() { Ok(File { items }) } else { Err(problems) }
+        let (problems, warnings) = self.problems.take().into_iter().partition(Diagnostic::is_error);
+        (File { items, warnings, broken: Vec::new() }, problems)
     }
 
     fn ident(&self, pair: &Pair<'_, Rule>) -> Ident {
@@ -414,7 +415,14 @@ impl<'a> Builder<'a> {
             Rule::ident => ExprKind::Name(pair.as_str().to_string()),
             Rule::bracketed => {
                 let inner = children(pair).next().ok_or_else(|| self.missing(span))?;
-                return self.expr(inner).map(|e| Expr { span, ..e });
+                let e = self.expr(inner)?;
+                if matches!(e.kind, ExprKind::Comma(_)) {
+                    // `color c = (1, 0, 0)` is what other languages mean by a color.
+                    let d = Diagnostic::warning("W1001", span, "only the last of these values counts")
+                        .help("a triple is written with its type: `color(1, 0, 0)`");
+                    self.problems.borrow_mut().push(d);
+                }
+                return Ok(Expr { span, ..e });
             }
             rule => {
                 let mut inner = children(pair);

@@ -37,6 +37,10 @@ pub(super) fn limit(pre: &Preprocessed) -> Result<(), Diagnostic> {
                 i += 1;
             }
             b'(' | b'[' | b'{' => {
+                // `a[0][0]...` is as deep a tree as `a.x.x...`.
+                if byte == b'[' {
+                    count_operator(pre, &mut open, start)?;
+                }
                 open.push((byte, 0));
                 if open.len() > MAX_BRACKETS {
                     return Err(too_deep(pre, start, "brackets are", MAX_BRACKETS));

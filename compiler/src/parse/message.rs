@@ -5,16 +5,22 @@ use crate::diag::Diagnostic;
 use crate::preprocess::Preprocessed;
 use pest::error::{Error, ErrorVariant, InputLocation};
 
-pub(super) fn describe(error: &Error<Rule>, pre: &Preprocessed) -> Diagnostic {
-    let at = match error.location {
+/// The byte at which the grammar gave up.
+pub(super) fn place(error: &Error<Rule>) -> usize {
+    match error.location {
         InputLocation::Pos(p) | InputLocation::Span((p, _)) => p,
-    };
-    let found = token_at(&pre.text, at);
+    }
+}
+
+/// Describes an error in `text`, whose places are those of `pre`.
+pub(super) fn describe(error: &Error<Rule>, pre: &Preprocessed, text: &str) -> Diagnostic {
+    let at = place(error);
+    let found = token_at(text, at);
     let here = pre.span(at, at + found.len().max(1));
     if let Some(help) = instead_of(found) {
         return Diagnostic::error("E1005", here, format!("`{found}` is a reserved word")).help(help);
     }
-    if let Some((start, word)) = bad_number(&pre.text, at) {
+    if let Some((start, word)) = bad_number(text, at) {
         let span = pre.span(start, start + word.len());
         return Diagnostic::error("E1001", span, format!("`{word}` is not a number"))
             .help("numbers are written `2`, `0x1F`, `2.5` or `2e-3`, without a suffix");
@@ -51,7 +57,7 @@ pub(super) fn describe(error: &Error<Rule>, pre: &Preprocessed) -> Diagnostic {
     if let Some(help) = help_for(found, positives) {
         diagnostic = diagnostic.help(help);
     }
-    if let Some((bracket, place)) = open_bracket(&pre.text, at) {
+    if let Some((bracket, place)) = open_bracket(text, at) {
         let closing = match bracket {
             '(' => Rule::rparen,
             '[' => Rule::rbracket,

@@ -4,10 +4,11 @@
 //! weight local per slot; sums and scales become arithmetic on the weights. The arguments of a call are stored into
 //! locals where the call happens. Slots that never reach `Ci` are dropped. See docs/adr/0002.
 
+use crate::builtins::{self, ClosureRole, sig};
 use crate::diag::Diagnostic;
 use crate::ir::{
-    BinaryOp, Block, Const, Global, Inst, LobeSlot, Local, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, Value,
-    ValueId,
+    Arg, BinaryOp, Block, Const, Global, Inst, LobeSlot, Local, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty,
+    Value, ValueId,
 };
 use crate::source::Span;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -106,11 +107,14 @@ impl Reach {
             Inst::Closure(..) => Slots::from([id.0]),
             Inst::Load(l) | Inst::LoadElem(l, _) => self.locals.get(l).cloned().unwrap_or_default(),
             Inst::ScaleClosure(a, _) => get(a),
-            Inst::AddClosure(a, b) | Inst::Select(_, a, b) => &get(a) | &get(b),
+            Inst::AddClosure(a, b) | Inst::Layer(a, b) | Inst::Select(_, a, b) => &get(a) | &get(b),
             _ => Slots::new(),
         }
     }
 }
+
+/// The weights of a closure value, by slot.
+type Weights = Vec<(u32, ValueId)>;
 
 struct Pass<'a> {
     shader: &'a mut Shader,
@@ -118,7 +122,7 @@ struct Pass<'a> {
     /// The weight of a slot (named by its call's value) in a closure local.
     weights: HashMap<(LocalId, u32), LocalId>,
     /// The weights of a closure value.
-    values: HashMap<ValueId, Vec<(u32, ValueId)>>,
+    values: HashMap<ValueId, Weights>,
     /// The argument locals or constants of each call.
     calls: BTreeMap<u32, LobeSlot>,
 }
@@ -143,9 +147,87 @@ impl Pass<'_> {
         for slot in reaching {
             if let Some(mut lobe) = self.calls.remove(&slot) {
                 lobe.weight = self.weight(ci, slot);
+                self.tint(&mut lobe);
                 self.shader.slots.push(lobe);
             }
         }
+    }
+
+    /// Multiplies a slot's weight by its tint, at the end of the shader.
+    fn tint(&mut self, lobe: &mut LobeSlot) {
+        let row = builtins::closure(lobe.closure);
+        let Some(tint) = row.tint.map(usize::from) else { return };
+        let mut out = std::mem::take(&mut self.shader.body);
+        let span = lobe.span;
+        let weight = self.emit(&mut out, Inst::Load(lobe.weight), Ty::Triple, span);
+        let factor = self.argument(&lobe.args[tint].clone(), span, &mut out);
+        let product = self.emit(&mut out, Inst::Binary(BinaryOp::Mul, weight, factor), Ty::Triple, span);
+        let name = format!("{}_tinted", self.shader.locals[lobe.weight.0 as usize].name);
+        let local = self.add_local(name, Ty::Triple);
+        out.stmts.push(Stmt::Store(local, product));
+        self.shader.body = out;
+        lobe.weight = local;
+        lobe.args[tint] = SlotArg::Const(Const::Triple([1.0; 3]));
+    }
+
+    /// An argument of a call, where it is wanted again.
+    fn argument(&mut self, arg: &SlotArg, span: Span, out: &mut Block) -> ValueId {
+        let (inst, ty) = match arg {
+            SlotArg::Const(c) => (Inst::Const(c.clone()), c.ty().unwrap_or(Ty::Int)),
+            SlotArg::Local(l) => (Inst::Load(*l), self.shader.locals[l.0 as usize].ty),
+        };
+        self.emit(out, inst, ty, span)
+    }
+
+    /// `layer(top, base)`: what the top leaves of the light reaches the base. The top's albedo is the sum over its lobes of weight times
+    /// albedo; what has no lobe (emission, holes, straight transmission, media) covers nothing.
+    fn layer(&mut self, top: &[(u32, ValueId)], base: &[(u32, ValueId)], span: Span, out: &mut Block) -> Weights {
+        let mut covered: Option<ValueId> = None;
+        for (slot, weight) in top {
+            let Some(call) = self.calls.get(slot).cloned() else { continue };
+            let row = builtins::closure(call.closure);
+            if !matches!(row.role, ClosureRole::Lobe(_)) {
+                continue;
+            }
+            let args: Vec<ValueId> = call.args.iter().map(|arg| self.argument(arg, span, out)).collect();
+            let tint = row.tint.map(|t| args[usize::from(t)]);
+            let mut share = self.emit(out, Inst::Albedo(call.closure, args), Ty::Triple, span);
+            for factor in tint.into_iter().chain([*weight]) {
+                share = self.emit(out, Inst::Binary(BinaryOp::Mul, share, factor), Ty::Triple, span);
+            }
+            // A call that was not reached has weight 0, and arguments that mean nothing.
+            let zero = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
+            let reached = self.emit(out, Inst::Binary(BinaryOp::Ne, *weight, zero), Ty::Int, span);
+            share = self.emit(out, Inst::Select(reached, share, zero), Ty::Triple, span);
+            covered = Some(match covered {
+                Some(sum) => self.emit(out, Inst::Binary(BinaryOp::Add, sum, share), Ty::Triple, span),
+                None => share,
+            });
+        }
+        let mut list = top.to_vec();
+        let factor = covered.map(|covered| {
+            let one = self.emit(out, Inst::Const(Const::Triple([1.0; 3])), Ty::Triple, span);
+            let zero = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
+            let left = self.emit(out, Inst::Binary(BinaryOp::Sub, one, covered), Ty::Triple, span);
+            match builtins::find("clamp") {
+                Some(clamp) => {
+                    let args = [left, zero, one].map(Arg::Value).to_vec();
+                    self.emit(out, Inst::Call(clamp, args), Ty::Triple, span)
+                }
+                None => left,
+            }
+        });
+        for (slot, w) in base {
+            let w = match factor {
+                Some(f) => self.emit(out, Inst::Binary(BinaryOp::Mul, *w, f), Ty::Triple, span),
+                None => *w,
+            };
+            match list.iter_mut().find(|(s, _)| s == slot) {
+                Some((_, sum)) => *sum = self.emit(out, Inst::Binary(BinaryOp::Add, *sum, w), Ty::Triple, span),
+                None => list.push((*slot, w)),
+            }
+        }
+        list
     }
 
     fn add_local(&mut self, name: String, ty: Ty) -> LocalId {
@@ -283,6 +365,10 @@ impl Pass<'_> {
                 }
                 list
             }
+            Inst::Layer(a, b) => {
+                let (top, base) = (of(self, a), of(self, b));
+                self.layer(&top, &base, span, out)
+            }
             Inst::Select(c, a, b) => {
                 let (a, b) = (of(self, a), of(self, b));
                 let slots: Slots = a.iter().chain(&b).map(|(s, _)| *s).collect();
@@ -302,17 +388,10 @@ impl Pass<'_> {
     }
 
     /// Keeps the arguments of a call where the end of the shader finds them.
-    fn call(
-        &mut self,
-        id: ValueId,
-        closure: crate::builtins::ClosureId,
-        args: &[ValueId],
-        span: Span,
-        out: &mut Block,
-    ) {
-        let name = crate::builtins::closure(closure).name;
+    fn call(&mut self, id: ValueId, closure: builtins::ClosureId, args: &[ValueId], span: Span, out: &mut Block) {
+        let name = builtins::closure(closure).name;
         let mut slot_args = Vec::new();
-        for (i, arg) in args.iter().enumerate() {
+        for (i, arg) in args.iter().take(sig::closure_arity(closure)).enumerate() {
             let value = &self.shader.values[arg.0 as usize];
             if let Inst::Const(c) = &value.inst {
                 slot_args.push(SlotArg::Const(c.clone()));

@@ -488,6 +488,8 @@ impl Folder<'_> {
             Inst::ScaleClosure(a, _) if is(1, 1.0) => Simpler::Value(*a),
             Inst::AddClosure(a, b) if null(*a) => Simpler::Value(*b),
             Inst::AddClosure(a, b) if null(*b) => Simpler::Value(*a),
+            Inst::Layer(a, b) if null(*a) => Simpler::Value(*b),
+            Inst::Layer(a, b) if null(*b) => Simpler::Value(*a),
             Inst::ClosureIsSet(a) if null(*a) => Simpler::Const(Const::Int(0)),
             _ => return None,
         })

@@ -10,6 +10,7 @@
 mod cases;
 mod closures;
 mod dead;
+mod derivatives;
 mod dialogue;
 mod dictionary;
 mod fold;
@@ -22,15 +23,18 @@ mod textures;
 mod unroll;
 
 pub use closures::closures;
+pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
+pub(crate) use specialise::fitted;
 pub use specialise::specialise;
 pub use textures::{TextureUse, textures};
 
 use crate::attributes::Attributes;
+use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::dictionary::Documents;
-use crate::ir::{Const, Shader, verify};
+use crate::ir::{Const, Inst, Shader, verify};
 use crate::source::SourceMap;
 use crate::textures::TextureAccess;
 
@@ -77,7 +81,7 @@ pub fn optimise(
 ///
 /// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, cases, fold,
 /// prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
-/// are returned.
+/// are returned; last the derivatives, of what is still used, and fold and prune again where there are any.
 pub fn optimise_with(
     shader: &mut Shader,
     bindings: &[(String, Const)],
@@ -93,6 +97,7 @@ pub fn optimise_with(
         }
     };
     check(shader, "lower");
+    link::settle_alone(shader);
     specialise(shader, bindings)?;
     check(shader, "specialise");
     fold(shader)?;
@@ -126,12 +131,32 @@ pub fn optimise_with(
         Ok::<(), Vec<Diagnostic>>(())
     };
     reduce(shader)?;
+    if not_constant(shader) {
+        reduce(shader)?;
+    }
     let (warnings, changed) = review::review(shader, settings.target)?;
     if changed {
         check(shader, "review");
         reduce(shader)?;
     }
+    if derivatives(shader) {
+        check(shader, "derivatives");
+        reduce(shader)?;
+    }
     textures::textures(shader)?;
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     Ok(warnings)
+}
+
+/// Answers `isconstant` with 0 where folding found no constant; whether there was such a call.
+fn not_constant(shader: &mut Shader) -> bool {
+    let Some(row) = builtins::find("is_constant") else { return false };
+    let mut changed = false;
+    for value in &mut shader.values {
+        if matches!(value.inst, Inst::Call(func, _) if func == row) {
+            value.inst = Inst::Const(Const::Int(0));
+            changed = true;
+        }
+    }
+    changed
 }

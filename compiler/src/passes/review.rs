@@ -114,12 +114,13 @@ pub(super) fn review(shader: &mut Shader, target: Target) -> Result<(Vec<Diagnos
         }
     }
     for slot in &shader.slots {
-        let name = builtins::closure(slot.closure).name;
-        let at = match name {
-            "microfacet" => 0,
-            "conductor_bsdf" => slot.args.len() - 1,
-            _ => continue,
-        };
+        let row = builtins::closure(slot.closure);
+        let name = row.name;
+        if !row.simplified.is_empty() {
+            let message = format!("`{name}` {}", row.simplified);
+            add(&mut warnings, Diagnostic::warning("W3002", slot.span, message).help("docs/closures.md tells more"));
+        }
+        let Some(at) = row.distribution() else { continue };
         let names = match &slot.args[at] {
             SlotArg::Const(Const::Str(s)) => BTreeSet::from([s.clone()]),
             SlotArg::Const(_) => continue,

@@ -90,7 +90,11 @@ impl<'a> Run<'a> {
 
     pub fn finish(mut self) -> Result<Preprocessed, Vec<Diagnostic>> {
         self.out.text.push('\n');
-        if self.errors.is_empty() { Ok(self.out) } else { Err(self.errors) }
+        if self.errors.is_empty() {
+            return Ok(self.out);
+        }
+        self.errors.append(&mut self.out.warnings);
+        Err(self.errors)
     }
 
     fn lexer(&self, id: FileId) -> Lexer {

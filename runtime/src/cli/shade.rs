@@ -31,7 +31,7 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let options = sources::options(&source, &args.source);
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     let search = args.textures.clone();
-    let library = Arc::new(Library::new(textures::Settings { search, automip: false }));
+    let library = Arc::new(Library::new(textures::Settings { search, ..textures::Settings::default() }));
     let bindings = params::bindings(&args.param, master.info())?;
     let options = Options { bindings, textures: Some(library.access()), ..options };
     let mut outputs: Vec<String> = Vec::new();

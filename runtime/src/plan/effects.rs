@@ -49,6 +49,7 @@ effects! {
     Normals: "normals", "interpolated shading normals";
     Uvs: "uvs", "texture coordinates";
     Tangents: "tangents", "dPdu and dPdv";
+    Derivatives: "derivatives", "footprints of pixels: Dx(), filterwidth(), filtered textures";
     SurfaceArea: "surface_area", "surfacearea()";
     ObjectSpace: "object_space", "object and shader space";
     CameraSpace: "camera_space", "camera space";
@@ -68,6 +69,13 @@ effects! {
     LobeRefraction: "lobe_refraction", "a lobe of the BSDFs";
     LobeTransparent: "lobe_transparent", "a lobe of the BSDFs";
     LobeConductor: "lobe_conductor", "a lobe of the BSDFs";
+    LobeOrenNayarDiffuse: "lobe_oren_nayar_diffuse", "a lobe of the BSDFs";
+    LobeBurleyDiffuse: "lobe_burley_diffuse", "a lobe of the BSDFs";
+    LobeDielectric: "lobe_dielectric", "a lobe of the BSDFs";
+    LobeGeneralizedSchlick: "lobe_generalized_schlick", "a lobe of the BSDFs";
+    LobeSheen: "lobe_sheen", "a lobe of the BSDFs";
+    LobeChiangHair: "lobe_chiang_hair", "a lobe of the BSDFs";
+    LobeThinFilm: "lobe_thin_film", "thin films on the lobes";
     DoublePrecision: "double_precision", "64-bit arithmetic";
 }
 
@@ -169,6 +177,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         }
         let state = &artifact.state;
         let asks = [
+            (state.derivatives, Derivatives),
             (state.surface_area, SurfaceArea),
             (state.object_space, ObjectSpace),
             (state.camera_space, CameraSpace),
@@ -225,6 +234,9 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
         // Without surfaces nothing is gained by a second way to the same picture.
         Radiance::Constant(_) if !scene.instances.is_empty() => ask(Environment, who),
         Radiance::Constant(_) | Radiance::Varying => {
+            if code.state.derivatives {
+                ask(Derivatives, who.clone());
+            }
             if code.state.camera_space {
                 ask(CameraSpace, who.clone());
             }

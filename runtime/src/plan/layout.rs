@@ -20,7 +20,25 @@ const fn field(name: &'static str, planes: u32, needs: &'static [Effect]) -> Fie
 }
 
 const DIRECT: &[Effect] = &[Lights, EnvironmentSampling];
-const FACETS: &[Effect] = &[LobeWard, LobeMicrofacet, LobeConductor];
+const FACETS: &[Effect] = &[LobeWard, LobeMicrofacet, LobeConductor, LobeDielectric, LobeGeneralizedSchlick];
+const DIRECTED: &[Effect] =
+    &[LobeWard, LobeMicrofacet, LobeConductor, LobeDielectric, LobeGeneralizedSchlick, LobeChiangHair];
+const ROUGH: &[Effect] = &[
+    LobeWard,
+    LobeMicrofacet,
+    LobeConductor,
+    LobePhong,
+    LobeOrenNayar,
+    LobeOrenNayarDiffuse,
+    LobeBurleyDiffuse,
+    LobeDielectric,
+    LobeGeneralizedSchlick,
+    LobeSheen,
+    LobeChiangHair,
+];
+const BENDING: &[Effect] =
+    &[LobeMicrofacet, LobeReflection, LobeRefraction, LobeDielectric, LobeGeneralizedSchlick, LobeChiangHair];
+const TINTED: &[Effect] = &[LobeConductor, LobeDielectric, LobeGeneralizedSchlick, LobeChiangHair];
 
 /// Fields of reals.
 const REALS: &[Field] = &[
@@ -36,16 +54,25 @@ const REALS: &[Field] = &[
     field("point", 3, &[Surfaces]),
     field("offset", 3, &[Surfaces]),
     field("lobe_N", 3, &[Surfaces]),
-    field("lobe_T", 3, FACETS),
-    field("lobe_ax", 1, &[LobeWard, LobeMicrofacet, LobeConductor, LobePhong, LobeOrenNayar]),
+    field("lobe_T", 3, DIRECTED),
+    field("lobe_ax", 1, ROUGH),
     field("lobe_ay", 1, FACETS),
-    field("lobe_eta", 1, &[LobeMicrofacet, LobeReflection, LobeRefraction]),
-    field("lobe_c0", 3, &[LobeConductor]),
-    field("lobe_c1", 3, &[LobeConductor]),
+    field("lobe_eta", 1, BENDING),
+    field("lobe_c0", 3, TINTED),
+    field("lobe_c1", 3, TINTED),
+    field("lobe_c2", 3, &[LobeGeneralizedSchlick, LobeChiangHair]),
+    field("lobe_c3", 3, &[LobeGeneralizedSchlick, LobeChiangHair]),
+    field("lobe_exponent", 1, &[LobeGeneralizedSchlick]),
+    field("lobe_c4", 3, &[LobeChiangHair]),
+    field("lobe_c5", 3, &[LobeChiangHair]),
+    field("lobe_film", 1, &[LobeThinFilm]),
+    field("lobe_film_ior", 1, &[LobeThinFilm]),
     field("shadow_o", 3, DIRECT),
     field("shadow_d", 3, DIRECT),
     field("shadow_t", 1, DIRECT),
     field("shadow_L", 3, DIRECT),
+    field("cone_width", 1, &[Derivatives]),
+    field("cone_spread", 1, &[Derivatives]),
     field("light_u", 1, &[VaryingLights]),
     field("light_v", 1, &[VaryingLights]),
 ];

@@ -53,7 +53,7 @@ fn simple(out: &mut Vec<Case>) {
 fn smooth(out: &mut Vec<Case>) {
     for degrees in [0.0, 30.0, 60.0, 89.9] {
         out.push(case(8, degrees));
-        out.push(case(11, degrees));
+        out.extend([11, 21].map(|closure| case(closure, degrees)));
         for eta in [1.5, 1.0 / 1.5, ABOVE_1, BELOW_1, 1.0, 0.0] {
             out.extend([7, 9].map(|closure| Case { eta, ..case(closure, degrees) }));
             out.extend([0, 1, 2].map(|refract| Case { eta, refract, ..case(6, degrees) }));
@@ -75,6 +75,46 @@ fn rough(out: &mut Vec<Case>, alphas: &[(f64, f64)], etas: &[f64], angles: &[f64
     }
 }
 
+/// The MaterialX lobes that are smooth over the hemisphere, and hair.
+fn materialx(out: &mut Vec<Case>) {
+    for closure in [12, 17, 18] {
+        out.extend([0.0, 70.0].map(|d| case(closure, d)));
+    }
+    for a in [0.0, 0.3, 1.0] {
+        out.extend([0.0, 45.0, 80.0].map(|d| Case { a, ..case(14, d) }));
+        for refract in [0, 1] {
+            out.extend([0.0, 45.0, 80.0].map(|d| Case { a, refract, ..case(13, d) }));
+        }
+    }
+    for a in [0.1, 0.4, 1.0] {
+        for refract in [0, 1] {
+            out.extend([0.0, 45.0, 80.0].map(|d| Case { a, refract, ..case(19, d) }));
+        }
+    }
+    for (a, b, refract) in [(0.05, 0.3, 0), (0.2, 0.5, 1), (0.5, 0.2, -1)] {
+        let extinction = [0.1, 0.5, 2.0];
+        out.extend([20.0, 60.0].map(|d| Case { a, b, refract, eta: 1.55, extinction, ..case(20, d) }));
+    }
+}
+
+/// dielectric_bsdf, generalized_schlick_bsdf and conductor_bsdf, without and with a film.
+fn facets(out: &mut Vec<Case>, alphas: &[(f64, f64)], angles: &[f64]) {
+    for dist in [0, 4] {
+        for &(a, b) in alphas {
+            for eta in [1.5, 1.0 / 1.5] {
+                for refract in [0, 1, 2] {
+                    for closure in [15, 16] {
+                        out.extend(angles.iter().map(|d| Case { dist, a, b, eta, refract, ..case(closure, *d) }));
+                    }
+                }
+            }
+        }
+    }
+    for &(a, b) in alphas {
+        out.extend(angles.iter().map(|d| Case { dist: 4, a, b, ..case(10, *d) }));
+    }
+}
+
 /// All cases.
 pub fn all() -> Vec<Case> {
     let mut out = Vec::new();
@@ -84,6 +124,9 @@ pub fn all() -> Vec<Case> {
     rough(&mut out, &[(1e-3, 1e-3)], &[1.5, 1.0 / 1.5], &[0.0, 60.0]);
     rough(&mut out, &[(0.1, 0.1)], &[ABOVE_1, BELOW_1, 0.0], &[30.0]);
     rough(&mut out, &[(1e-7, 1e-7), (0.3, 0.3), (0.3, 1e-7)], &[1.5, 1.0 / 1.5], &[89.9]);
+    materialx(&mut out);
+    facets(&mut out, &[(0.0, 0.0), (0.1, 0.1), (1.0, 1.0), (0.05, 0.3)], &[50.0]);
+    facets(&mut out, &[(0.3, 0.3)], &[0.0, 80.0]);
     // "default" and unknown names.
     out.extend([2, 3].map(|dist| Case { dist, a: 0.2, b: 0.2, eta: 1.5, refract: 2, ..case(5, 30.0) }));
     out
@@ -97,5 +140,7 @@ pub fn some() -> Vec<Case> {
     smooth(&mut out);
     rough(&mut out, &[(1e-3, 1e-3), (0.1, 0.1), (0.05, 0.3)], &[1.5, 1.0 / 1.5], &[45.0]);
     rough(&mut out, &[(0.3, 0.3)], &[1.5], &[89.9]);
+    materialx(&mut out);
+    facets(&mut out, &[(0.0, 0.0), (0.2, 0.2)], &[45.0]);
     out
 }

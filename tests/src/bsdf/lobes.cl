@@ -9,6 +9,13 @@
 #define HAS_LOBE_REFRACTION
 #define HAS_LOBE_TRANSPARENT
 #define HAS_LOBE_CONDUCTOR
+#define HAS_LOBE_OREN_NAYAR_DIFFUSE
+#define HAS_LOBE_BURLEY_DIFFUSE
+#define HAS_LOBE_DIELECTRIC
+#define HAS_LOBE_GENERALIZED_SCHLICK
+#define HAS_LOBE_SHEEN
+#define HAS_LOBE_CHIANG_HAIR
+#define HAS_LOBE_THIN_FILM
 #include "bsdf/pick.h"
 
 // Reals of a case: vectors first, then numbers.
@@ -26,8 +33,13 @@
 
 static real3 case_vector(__global const real *p, int at) { return (real3)(p[at], p[at + 1], p[at + 2]); }
 
-// The constructor of closure number `which` (enum Closure).
-static Lobe make_lobe(int which, int dist, int refract, __global const real *p)
+// Dielectrics are given eta as their lobes have it; the closures take the index of the inside and the side.
+static real inside_ior(real eta) { return eta < 1 && eta > 0 ? 1 / eta : eta; }
+
+static real3 tint_if(int on, real3 tint) { return on ? tint : (real3)(0); }
+
+// The constructor of closure number `which` (CLOSURES of mod.rs). `dist`: a name's number, and 4 for a film.
+static Lobe make_bare_lobe(int which, int dist, int refract, __global const real *p)
 {
     const int names[4] = {STR_GGX, STR_BECKMANN, STR_DEFAULT, 12345};
     const int name = names[dist & 3];
@@ -45,7 +57,57 @@ static Lobe make_lobe(int which, int dist, int refract, __global const real *p)
     case 8: return closure_reflection_v(N);
     case 9: return closure_refraction_vf(N, eta);
     case 10: return closure_conductor_bsdf_vvffvvs(N, T, a, b, case_vector(p, CASE_C0), case_vector(p, CASE_C1), name);
-    default: return closure_transparent();
+    case 11: return closure_transparent();
+    case 12: return closure_subsurface_ffv(N, eta, a, case_vector(p, CASE_C0));
+    case 13: return closure_oren_nayar_diffuse_bsdf_vfi(N, a, refract);
+    case 14: return closure_burley_diffuse_bsdf_vf(N, a);
+    case 15:
+        return closure_dielectric_bsdf_vvvvfffs(eta < 1, N, T, tint_if(refract != 1, (real3)(1, 0.8, 0.6)),
+                                                tint_if(refract != 0, (real3)(1, 0.9, 0.3)), a, b, inside_ior(eta), name);
+    case 16: {
+        // Reflectances whose mean belongs to eta.
+        const real ior = inside_ior(eta), r = (ior - 1) / (ior + 1);
+        return closure_generalized_schlick_bsdf_vvvvffvvfs(
+            eta < 1, N, T, tint_if(refract != 1, (real3)(1, 0.8, 0.6)), tint_if(refract != 0, (real3)(1, 0.9, 0.3)), a, b,
+            r * r * (real3)(1, 0.5, 1.5), (real3)(1, 0.9, 1), 5, name);
+    }
+    case 17: return closure_translucent_bsdf_v(N);
+    case 18: return closure_subsurface_bssrdf_vvf(N, case_vector(p, CASE_C0), a);
+    case 19: return closure_sheen_bsdf_vfi(N, a, refract);
+    case 20:
+        return closure_chiang_hair_bsdf_vvvvvffffffffv(N, T, (real3)(1, 0.9, 0.8), (real3)(1, 0.5, 0.8), (real3)(0.9, 1, 1), eta, a,
+                                                       (real)0.7 * a, 2 * a, b, (real)0.8 * b, (real)1.5 * b, (real)0.5 + (real)0.05 * refract,
+                                                       case_vector(p, CASE_C1));
+    default: return closure_transparent_bsdf();
+    }
+}
+
+static Lobe make_lobe(int which, int dist, int refract, __global const real *p)
+{
+    const Lobe lobe = make_bare_lobe(which, dist, refract, p);
+    return dist & 4 ? lobe_film(lobe, 420, (real)1.33) : lobe;
+}
+
+// What layer() takes off its base.
+static real3 albedo3(const Lobe *l, real3 wo)
+{
+    switch (l->type) {
+    case LOBE_DIFFUSE: return diffuse_albedo3(*l, wo);
+    case LOBE_OREN_NAYAR: return oren_nayar_albedo3(*l, wo);
+    case LOBE_TRANSLUCENT: return translucent_albedo3(*l, wo);
+    case LOBE_PHONG: return phong_albedo3(*l, wo);
+    case LOBE_WARD: return ward_albedo3(*l, wo);
+    case LOBE_MICROFACET: return microfacet_albedo3(*l, wo);
+    case LOBE_REFLECTION: return reflection_albedo3(*l, wo);
+    case LOBE_REFRACTION: return refraction_albedo3(*l, wo);
+    case LOBE_CONDUCTOR: return conductor_albedo3(*l, wo);
+    case LOBE_OREN_NAYAR_DIFFUSE: return oren_nayar_diffuse_albedo3(*l, wo);
+    case LOBE_BURLEY_DIFFUSE: return burley_diffuse_albedo3(*l, wo);
+    case LOBE_DIELECTRIC: return dielectric_albedo3(*l, wo);
+    case LOBE_GENERALIZED_SCHLICK: return generalized_schlick_albedo3(*l, wo);
+    case LOBE_SHEEN: return sheen_albedo3(*l, wo);
+    case LOBE_CHIANG_HAIR: return chiang_hair_albedo3(*l, wo);
+    default: return (real3)(1);
     }
 }
 
@@ -68,7 +130,7 @@ static real uniform_random(uint *state)
 #endif
 }
 
-// Samples, and asks bsdf_eval about the direction taken, and about the swapped pair. 16 reals per sample.
+// Samples, and asks bsdf_eval about the direction taken, and about the swapped pair. 19 reals per sample.
 __kernel void sample_lobe(int which, int dist, int refract, __global const real *p, uint seed, __global real *out)
 {
     const uint i = (uint)get_global_id(0);
@@ -87,7 +149,7 @@ __kernel void sample_lobe(int which, int dist, int refract, __global const real 
         f = bsdf_eval(&lobe, wo, wi, &eval_pdf);
         swapped = bsdf_eval(&lobe, wi, wo, &ignored);
     }
-    __global real *o = out + 16 * (size_t)i;
+    __global real *o = out + 19 * (size_t)i;
     o[0] = flags;
     vstore3(wi, 0, o + 1);
     vstore3(value, 0, o + 4);
@@ -96,6 +158,7 @@ __kernel void sample_lobe(int which, int dist, int refract, __global const real 
     o[11] = eval_pdf;
     vstore3(swapped, 0, o + 12);
     o[15] = bsdf_albedo(&lobe, wo);
+    vstore3(albedo3(&lobe, wo), 0, o + 16);
 }
 
 // Integrates density and f |cos| over the bins of two polar grids, each on its side of the surface. Rings are spaced so
@@ -182,7 +245,7 @@ __kernel void wild_lobe(uint seed, __global real *p, __global int *out)
     uint state = i * 9781u + seed;
     next_random(&state);
     p += (size_t)i * CASE_REALS;
-    const int which = next_random(&state) % 12, dist = next_random(&state) % 4;
+    const int which = next_random(&state) % 22, dist = next_random(&state) % 8;
     const int refract = (int)(next_random(&state) % 4) - 1;
     const real3 n = next_random(&state) % 4 ? wild_unit(&state) : (real3)(0, 0, 1);
     vstore3(n * (next_random(&state) % 8 ? 1 : wild_number(&state)), 0, p + CASE_N);
@@ -205,7 +268,8 @@ __kernel void wild_lobe(uint seed, __global real *p, __global int *out)
     const real3 f = bsdf_eval(&lobe, wo, other, &pdf);
     if (!all(isfinite(f)) || !isfinite(pdf) || pdf < 0 || !all(f >= 0)) wrong = 2;
     const real albedo = bsdf_albedo(&lobe, wo);
-    if (!(albedo >= 0 && albedo <= 1)) wrong = 3;
+    const real3 layered = albedo3(&lobe, wo);
+    if (!(albedo >= 0 && albedo <= 1) || !all(layered >= 0) || !all(layered <= 1)) wrong = 3;
     out[2 * i] = wrong;
-    out[2 * i + 1] = which + 16 * dist + 64 * (refract + 1);
+    out[2 * i + 1] = which + 32 * dist + 256 * (refract + 1);
 }

@@ -26,7 +26,7 @@ const GROUP: usize = 32;
 pub type Vec3 = [f64; 3];
 
 /// The closures that are lobes, numbered as lobes.cl does; the name is that of the constructor.
-pub const CLOSURES: [&str; 12] = [
+pub const CLOSURES: [&str; 22] = [
     "diffuse(normal)",
     "oren_nayar(normal,float)",
     "translucent(normal)",
@@ -39,6 +39,16 @@ pub const CLOSURES: [&str; 12] = [
     "refraction(normal,float)",
     "conductor_bsdf(normal,vector,float,float,color,color,string)",
     "transparent()",
+    "subsurface(float,float,color,color)",
+    "oren_nayar_diffuse_bsdf(normal,color,float)",
+    "burley_diffuse_bsdf(normal,color,float)",
+    "dielectric_bsdf(normal,vector,color,color,float,float,float,string)",
+    "generalized_schlick_bsdf(normal,vector,color,color,float,float,color,color,float,string)",
+    "translucent_bsdf(normal,color)",
+    "subsurface_bssrdf(normal,color,color,float)",
+    "sheen_bsdf(normal,color,float)",
+    "chiang_hair_bsdf(normal,vector,color,color,color,float,float,float,float,float,float,float,float,color)",
+    "transparent_bsdf()",
 ];
 
 /// A lobe and a direction to the viewer.
@@ -46,9 +56,9 @@ pub const CLOSURES: [&str; 12] = [
 pub struct Case {
     /// Index into [`CLOSURES`].
     pub closure: usize,
-    /// 0 "ggx", 1 "beckmann", 2 "default", 3 an unknown name.
+    /// 0 "ggx", 1 "beckmann", 2 "default", 3 an unknown name; plus 4: under a thin film.
     pub dist: i32,
-    /// Of microfacet: 0 reflects, 1 refracts, 2 both.
+    /// Of microfacet and the dielectrics: 0 reflects, 1 refracts, 2 both. Else a closure's option: energy_compensation, mode, tilt.
     pub refract: i32,
     /// Roughness, exponent or sigma.
     pub a: f64,
@@ -154,7 +164,7 @@ impl Case {
         let below = self.n.map(|x| -x);
         match self.closure {
             3 => [Polar::new(self.mirror(), 1.0 / (self.a + 1.0)), Polar::new(below, 8.0)],
-            4..=6 | 10 => {
+            4..=6 | 10 | 15 | 16 => {
                 let alpha = if self.closure == 6 { self.a } else { (self.a * self.b).sqrt() }.max(1e-4);
                 let eta = if (self.eta - 1.0).abs() < 1e-3 { 1.001 } else { self.eta };
                 let (axis, cos_t) = if eta > 0.0 { self.refracted(eta) } else { (below, 1.0) };
@@ -219,6 +229,8 @@ pub struct Sample {
     pub swapped: Vec3,
     /// bsdf_albedo.
     pub albedo: f64,
+    /// NAME_albedo3.
+    pub albedo3: Vec3,
 }
 
 /// The built kernels in one precision.
@@ -268,7 +280,7 @@ impl Lab {
     /// Samples a case; `count` is a multiple of 32.
     pub fn sample(&self, case: &Case, count: usize, seed: u32) -> Result<Vec<Sample>, Error> {
         let p = self.upload("case", &case.reals())?;
-        let out = self.reals("samples", 16 * count)?;
+        let out = self.reals("samples", 19 * count)?;
         let [which, dist, refract] = case.ints();
         self.launch("sample_lobe", &[which, dist, refract, Arg::Buffer(&p), Arg::U32(seed), Arg::Buffer(&out)], count)?;
         let triple = |v: &[f64], at: usize| [v[at], v[at + 1], v[at + 2]];
@@ -281,8 +293,9 @@ impl Lab {
             eval_pdf: v[11],
             swapped: triple(v, 12),
             albedo: v[15],
+            albedo3: triple(v, 16),
         };
-        Ok(self.read(&out, 16 * count)?.chunks_exact(16).map(sample).collect())
+        Ok(self.read(&out, 19 * count)?.chunks_exact(19).map(sample).collect())
     }
 
     /// The integrals of density and of f |cos| (first channel) over each bin, by `steps` x `steps` points.
@@ -312,7 +325,7 @@ impl Lab {
     }
 
     /// Asks for lobes with random parameters, `count` a multiple of 32. For each: what was wrong (0 nothing, 1 sample,
-    /// 2 eval, 3 albedo), and closure + 16 distribution + 64 (refract + 1).
+    /// 2 eval, 3 albedo), and closure + 32 distribution + 256 (refract + 1).
     pub fn wild(&self, count: usize, seed: u32) -> Result<Vec<(i32, i32)>, Error> {
         let p = self.reals("cases", CASE_REALS * count)?;
         let out = self.device.buffer("results", (count * 8) as u64)?;

@@ -1,11 +1,12 @@
 //! The two kinds of functions: a material that offers its lobes, and a grid that stores outputs.
 
-use super::names::{self, lobe_constructor};
+use super::lobes;
+use super::names;
 use super::writer::Writer;
 use super::{Code, Output};
 use crate::builtins::{self, ClosureRole};
 use crate::diag::Diagnostic;
-use crate::ir::{Global, LobeSlot, LocalId, LocalKind, Shader, SlotArg, Ty};
+use crate::ir::{Global, LobeSlot, LocalId, LocalKind, Shader, Ty};
 use crate::source::SourceMap;
 use crate::types::{Extent, Type};
 
@@ -38,9 +39,9 @@ pub(super) fn material(shader: &Shader, lines: Option<&SourceMap>) -> Result<Cod
             ClosureRole::Background => w.put(Some(slot.span), &format!("out->background += {weight};")),
             ClosureRole::Holdout => w.put(Some(slot.span), &format!("out->holdout += {weight};")),
             ClosureRole::Lobe(_) | ClosureRole::Transparent => lobe(&mut w, slot, &weight, lobes.len() == 1),
-            ClosureRole::Debug => {}
-            ClosureRole::NotYet => {
-                let message = "internal error: a closure without a lobe reached the back end";
+            ClosureRole::Debug | ClosureRole::Volume => {}
+            ClosureRole::Layer => {
+                let message = "internal error: a layer reached the back end";
                 w.errors.push(Diagnostic::error("E4299", slot.span, message));
             }
         }
@@ -60,15 +61,7 @@ fn role(slot: &LobeSlot) -> ClosureRole {
 
 /// Offers a lobe, or takes the only one.
 fn lobe(w: &mut Writer, slot: &LobeSlot, weight: &str, only: bool) {
-    let row = builtins::closure(slot.closure);
-    let mut args = Vec::new();
-    for arg in &slot.args {
-        args.push(match arg {
-            SlotArg::Const(c) => w.constant(c),
-            SlotArg::Local(l) => w.load(*l).text,
-        });
-    }
-    let call = format!("{}({})", lobe_constructor(row.name, row.args), args.join(", "));
+    let call = lobes::of_slot(w, slot);
     w.put(Some(slot.span), &format!("if (lobe_counts({weight})) {{"));
     w.open(Some(slot.span));
     if only {
