@@ -38,9 +38,9 @@ typedef struct {
     real dudx, dudy, dvdx, dvdy;
     int flip_handedness;  // 1 when raster space and common space turn opposite ways
 #endif
+    uint point;        // its number among the points shaded together
 #ifdef HAS_MESSAGES
     __global uint *records;  // where what the shader says goes (osl/records.h); 0: nobody listens
-    uint point;              // the number of the point in those records
 #endif
     // What the artifact lists as `userdata` and `interactive`, by its offsets: a real per slot, or an int in its first bytes.
 #ifdef HAS_USERDATA

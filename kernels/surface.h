@@ -16,6 +16,7 @@ static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
 #ifdef HAS_TEXTURES
     sg->textures = c->textures;
 #endif
+    sg->point = 0;
 #ifdef HAS_MESSAGES
 #ifdef MATERIAL_NUMBER
     sg->records = c->messages;

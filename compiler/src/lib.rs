@@ -24,10 +24,12 @@
 
 pub mod artifact;
 pub mod ast;
+pub mod attributes;
 pub mod backend;
 pub mod builtins;
 pub mod check;
 pub mod diag;
+pub mod dictionary;
 mod facade;
 pub mod interp;
 pub mod ir;

@@ -44,6 +44,8 @@ pub mod code {
     pub const WARNING: i32 = 2;
     /// `fprintf`, with the file's name.
     pub const FILE: i32 = 3;
+    /// What the runtime itself finds wrong: an error without words in front.
+    pub const RUNTIME: i32 = 4;
 }
 
 /// An argument of a [`Site`].
@@ -164,7 +166,7 @@ pub fn said(args: &[Const]) -> Option<(Kind, String)> {
     let [Const::Int(code), Const::Str(name), Const::Str(pattern), values @ ..] = args else { return None };
     let kind = match *code {
         code::PRINT => Kind::Print,
-        code::ERROR => Kind::Error,
+        code::ERROR | code::RUNTIME => Kind::Error,
         code::WARNING => Kind::Warning,
         code::FILE => Kind::File(name.clone()),
         _ => return None,
@@ -174,7 +176,7 @@ pub fn said(args: &[Const]) -> Option<(Kind, String)> {
     };
     let text = match kind {
         // The renderer's own words.
-        Kind::Error if name.is_empty() => text,
+        Kind::Error if name.is_empty() || *code == code::RUNTIME => text,
         Kind::Error => format!("Shader error [{name}]: {text}"),
         Kind::Warning => format!("Shader warning [{name}]: {text}"),
         _ => text,

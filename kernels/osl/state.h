@@ -9,6 +9,12 @@
 
 static inline real osl_surfacearea_f_(const ShaderGlobals *sg) { return sg->surfacearea; }
 static inline int osl_backfacing_i_(const ShaderGlobals *sg) { return sg->backfacing; }
+static inline int osl_shading_index_i_(const ShaderGlobals *sg) { return (int)sg->point; }
+// As testshade's renderer answers: it has no surfaces.
+static inline int osl_trace_hit_i_vv(const ShaderGlobals *sg, real3 from, real3 direction)
+{
+    return sg->u / dot(from, direction) > (real)0.5;
+}
 #ifdef HAS_DERIVATIVES
 static inline int osl_flip_handedness_i_(const ShaderGlobals *sg) { return sg->flip_handedness; }
 #endif

@@ -84,6 +84,7 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #ifdef HAS_TEXTURES
     sg.textures = textures;
 #endif
+    sg.point = first_row * width + i;
 #ifdef HAS_INTERACTIVE
     sg.interactive = interactive;
 #endif
@@ -94,7 +95,6 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #endif
 #ifdef HAS_MESSAGES
     sg.records = records;
-    sg.point = first_row * width + i;
 #endif
     real values[SHADE_REALS + 1];  // never none
     SHADE_ENTRY(&sg, values);

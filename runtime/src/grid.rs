@@ -7,6 +7,7 @@
 //! along x and y, I = 0, surfacearea = 1. kernels/stages/shade.cl is the twin of [`Grid::globals`].
 
 use glam::{DMat4, DVec3, DVec4};
+use oslcl_compiler::attributes::{Attribute, Attributes, Value};
 use oslcl_compiler::{Globals, Space};
 
 /// The names of the spaces that a grid knows beyond those of every renderer, in the order of `other_spaces` from its fourth
@@ -89,6 +90,37 @@ impl Grid {
     /// A grid with the default settings.
     pub fn new(width: u32, height: u32) -> Grid {
         Grid { width, height, ..Grid::default() }
+    }
+
+    /// What `getattribute` finds: testshade's camera, and the one option that it answers. Types must agree exactly.
+    pub fn attributes(&self) -> Attributes {
+        let float = |v: f64| Value::Float(v);
+        let floats = |v: &[f64]| Value::Array(v.iter().map(|x| Value::Float(*x)).collect());
+        let aspect = f64::from(self.width) / f64::from(self.height);
+        let size = [self.width, self.height].map(|n| Value::Int(i32::try_from(n).unwrap_or(i32::MAX)));
+        let camera = [
+            ("resolution", "int[2]", Value::Array(size.to_vec())),
+            ("projection", "string", Value::Str("perspective".to_owned())),
+            ("fov", "float", float(90.0)),
+            ("pixelaspect", "float", float(1.0)),
+            ("clip", "float[2]", floats(&[NEAR, FAR])),
+            ("clip_near", "float", float(NEAR)),
+            ("clip_far", "float", float(FAR)),
+            ("shutter", "float[2]", floats(&[0.0, 1.0])),
+            ("shutter_open", "float", float(0.0)),
+            ("shutter_close", "float", float(1.0)),
+            ("screen_window", "float[4]", floats(&[-aspect, -1.0, aspect, 1.0])),
+        ];
+        let mut list: Vec<Attribute> = Vec::new();
+        let mut add = |object: &str, name: String, ty: &str, value: Value| {
+            list.push(Attribute { object: object.to_owned(), name, ty: ty.to_owned(), value });
+        };
+        for (name, ty, value) in camera {
+            // testshade's renderer does not look at the object.
+            add("", format!("camera:{name}"), ty, value);
+        }
+        add("options", "blahblah".to_owned(), "float", float(3.14159));
+        Attributes { list, exact: true }
     }
 
     /// Screen, NDC and raster space of the camera, then those of [`SPACES`].

@@ -115,6 +115,7 @@ fn text(cases: &[Case]) -> Result<(String, usize), Error> {
     for (k, field) in ["u", "v", "time", "dtime", "surfacearea"].iter().enumerate() {
         let _ = writeln!(load, "    sg.{field} = p[{}];", 24 + k);
     }
+    let _ = writeln!(load, "    sg.point = (uint)i;");
     for (k, field) in ["dPdx", "dPdy", "dIdx", "dIdy", "dPsdx", "dPsdy"].iter().enumerate() {
         let _ = writeln!(load, "    sg.{field} = (real3)(p[{0}], p[{0} + 1], p[{0} + 2]);", 31 + 3 * k);
     }

@@ -250,13 +250,19 @@ pub static TABLE: &[Row] = &[
     row("texture_error", &["string(string,float,float,int,string)"], InternalState),
     // File, s, t, whether they were given, which information. The pass `textures` answers it.
     row("textureinfo", &["int(string,float,float,int,string,out any)"], Internal),
-    row("pointcloud_search", &["int(string,point,float,int,...)"], NotYet),
-    row("pointcloud_get", &["int(string,int[],int,string,...)"], NotYet),
-    row("pointcloud_write", &["int(string,point,...)"], NotYet),
+    row("pointcloud_search", &["int(string,point,float,int,...)"], Special),
+    row("pointcloud_get", &["int(string,int[],int,string,...)"], Special),
+    row("pointcloud_write", &["int(string,point,...)"], Special),
     // Renderer state.
-    row("getattribute", &["int(string,...)"], NotYet),
-    row("setmessage", &["void(string,...)"], NotYet),
-    row("getmessage", &["int(string,...)"], NotYet),
+    row("getattribute", &["int(string,...)"], Special),
+    // Object, name, index (-1: none), type, shader's name, layer's, group's. The pass `cases` answers it.
+    row("attribute_get", &["int(string,string,int,string,string,string,string,out any)"], InternalHost),
+    row("shading_index", &["int()"], InternalState),
+    row("setmessage", &["void(string,...)"], Special),
+    row("getmessage", &["int(string,...)"], Special),
+    // Name, type, value; source, name, type. The pass `dialogue` carries them out.
+    row("message_set", &["void(string,string,any)"], InternalHost),
+    row("message_get", &["int(string,string,string,out any)"], InternalHost),
     row("surfacearea", &["float()"], State),
     row("raytype", &["int(string)"], Special),
     row("raytype_bit", &["int(int)"], InternalState),
@@ -271,10 +277,15 @@ pub static TABLE: &[Row] = &[
     row("isdiffuseray", &["int()"], Special),
     row("isglossyray", &["int()"], Special),
     row("isshadowray", &["int()"], Special),
-    row("dict_find", &["int(string,string)", "int(int,string)"], NotYet),
-    row("dict_next", &["int(int)"], NotYet),
-    row("dict_value", &["int(int,string,...)"], NotYet),
-    row("trace", &["int(point,vector,...)"], NotYet),
+    // The pass `dictionary` answers these.
+    row("dict_find", &["int(string,string)", "int(int,string)"], Host),
+    row("dict_next", &["int(int)"], Host),
+    row("dict_value", &["int(int,string,...)"], Special),
+    // Node, attribute, type.
+    row("dict_get", &["int(int,string,string,out any)"], InternalHost),
+    row("trace", &["int(point,vector,...)"], Special),
+    // What testshade's renderer answers; a render has no rays for shaders.
+    row("trace_hit", &["int(vector,vector)"], InternalState),
     row("arraylength", &["int(any[])"], Special),
     // Of an unsized parameter, whose length `passes::link` knows.
     row("array_length", &["int(any[])"], InternalHost),

@@ -372,7 +372,8 @@ impl Checker {
                     if matches!(c.target, Target::User(_)) && !e.is_place() {
                         let message = format!("{} is an output, and what it puts into this value is lost", what());
                         self.warn(Diagnostic::warning("W2004", e.span, message).help("give a variable"));
-                    } else {
+                    } else if !matches!(name, "regex_search" | "regex_match") {
+                        // The reference lets those two write to any array.
                         self.require_lvalue(&e)?;
                     }
                     e
@@ -399,6 +400,7 @@ impl Checker {
                 }
                 Callee::User(id)
             }
+            Target::Builtin(_) if !self.check_format(name, &out, span) => return None,
             Target::Builtin(id) => Callee::Builtin {
                 id,
                 formals: c

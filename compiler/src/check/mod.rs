@@ -14,6 +14,7 @@ pub(crate) mod constant;
 mod convert;
 mod decl;
 mod expr;
+mod format;
 mod init;
 mod operator;
 mod recursion;

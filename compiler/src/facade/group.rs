@@ -6,8 +6,10 @@
 use super::host::{self, HostRun};
 use super::{Binding, Entry, Failure, Master, Options, Output, Silenced, Values, on_large_stack, tell};
 use crate::artifact::Artifact;
+use crate::attributes::Attributes;
 use crate::backend::opencl_c;
 use crate::diag::Diagnostic;
+use crate::dictionary::Documents;
 use crate::interp;
 use crate::ir::Shader;
 use crate::passes::{self, Target, link};
@@ -91,6 +93,8 @@ impl Group {
             connections: &self.connections,
             entry_layers: &self.entry_layers,
             textures: options.textures.clone(),
+            documents: options.documents.clone(),
+            attributes: options.attributes.clone(),
         };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
@@ -135,6 +139,8 @@ pub(super) struct Parts<'a> {
     connections: &'a [Connection],
     entry_layers: &'a [String],
     textures: Option<TextureAccess>,
+    attributes: Attributes,
+    documents: Option<Documents>,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
@@ -156,6 +162,8 @@ impl<'a> Parts<'a> {
             connections: &[],
             entry_layers: &[],
             textures,
+            documents: options.documents.clone(),
+            attributes: options.attributes.clone(),
         }
     }
 
@@ -182,8 +190,15 @@ impl<'a> Parts<'a> {
         files
     }
 
-    fn settings(&self, target: Target) -> passes::Settings<'_> {
-        passes::Settings { target, textures: self.textures.as_ref() }
+    fn settings<'b>(&'b self, target: Target, files: &'b Files, grid: bool) -> passes::Settings<'b> {
+        passes::Settings {
+            target,
+            textures: self.textures.as_ref(),
+            attributes: Some(&self.attributes),
+            documents: self.documents.as_ref(),
+            sources: Some(&files.sources),
+            grid,
+        }
     }
 
     /// Joins the layers; the names that the outputs have in the joined shader come with it.
@@ -229,7 +244,12 @@ impl<'a> Parts<'a> {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
             };
-            let warnings = passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
+            let warnings = passes::optimise_with(
+                &mut shader,
+                &[],
+                &outputs,
+                &self.settings(Target::Device, &files, matches!(options.entry, Entry::Grid(_))),
+            )?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
@@ -277,7 +297,7 @@ impl<'a> Parts<'a> {
         let files = self.files();
         let work = || {
             let (mut shader, outputs) = self.link(&files, options, asked)?;
-            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Host))?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Host, &files, true))?;
             let point = |i| {
                 let globals = point(i);
                 let textures = globals.textures.clone().or_else(|| self.textures.clone());
@@ -306,7 +326,7 @@ impl<'a> Parts<'a> {
         let files = self.files();
         let work = || {
             let (mut shader, outputs) = self.link(&files, options, asked)?;
-            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device, &files, true))?;
             let with = |g: &interp::Globals| interp::Globals {
                 textures: g.textures.clone().or_else(|| self.textures.clone()),
                 ..g.clone()

@@ -32,7 +32,7 @@ pub(super) fn run(
     let outputs = opencl_c::outputs(shader, names)?;
     let mut run = HostRun { data: vec![Vec::new(); outputs.len()], outputs, messages: Vec::new() };
     for number in 0..count {
-        let globals = point(number);
+        let globals = Globals { shading_index: number as i32, ..point(number) };
         let outcome = interp::run(shader, &globals).map_err(|e| vec![Diagnostic::global("E4297", e.to_string())])?;
         for (name, data) in names.iter().zip(&mut run.data) {
             reals(shader, (&globals, &outcome), name, data).map_err(|d| vec![d])?;

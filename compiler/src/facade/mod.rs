@@ -10,7 +10,9 @@ mod oso_text;
 mod text;
 
 use crate::artifact::Artifact;
+use crate::attributes::Attributes;
 use crate::diag::{self, Diagnostic};
+use crate::dictionary::Documents;
 use crate::ir::{self, Const, Shader, Ty};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
@@ -110,6 +112,10 @@ pub struct Options {
     pub line_directives: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
     pub textures: Option<TextureAccess>,
+    /// What `getattribute` finds.
+    pub attributes: Attributes,
+    /// Who reads the files of dictionaries.
+    pub documents: Option<Documents>,
 }
 
 impl Default for Options {
@@ -129,6 +135,8 @@ impl Default for Options {
             lazy: Lazy::default(),
             line_directives: false,
             textures: None,
+            attributes: Attributes::default(),
+            documents: None,
         }
     }
 }

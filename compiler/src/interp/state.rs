@@ -53,6 +53,8 @@ pub struct Globals {
     pub backfacing: bool,
     /// Bits `RAY_*` of kernels/globals.h.
     pub raytype: i32,
+    /// The number of the point among those that are shaded together.
+    pub shading_index: i32,
     /// The object's space.
     pub object_space: Space,
     /// The shader's own space.
@@ -154,6 +156,11 @@ pub(super) fn call(name: &str, args: &[Const], globals: &Globals) -> Option<Cons
         ("surfacearea", []) => Const::Float(globals.surfacearea),
         ("flip_handedness", []) => Const::Int(globals.flip_handedness.into()),
         ("backfacing", []) => Const::Int(globals.backfacing.into()),
+        ("shading_index", []) => Const::Int(globals.shading_index),
+        ("trace_hit", [Const::Triple(from), Const::Triple(direction)]) => {
+            let along: f64 = from.iter().zip(direction).map(|(a, b)| a * b).sum();
+            Const::Int(i32::from(globals.u / along > 0.5))
+        }
         ("raytype_bit", [Const::Int(bit)]) => Const::Int((globals.raytype & bit != 0).into()),
         ("space_matrix", [Const::Int(number)]) => Const::Matrix(globals.space(*number).to_common),
         ("space_matrix_inverse", [Const::Int(number)]) => Const::Matrix(globals.space(*number).from_common),

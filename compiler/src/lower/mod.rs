@@ -12,6 +12,7 @@ mod call;
 mod color_system;
 mod exit;
 mod expr;
+mod host;
 mod noise;
 mod place;
 mod spaces;

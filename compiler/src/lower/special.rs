@@ -3,14 +3,12 @@
 //! A name that is a literal is resolved here. One that only a parameter's value tells becomes a chain of comparisons, which
 //! specialisation and folding cut down to one branch.
 
-use super::place::{Place, Storage, is_single};
+use super::place::{Place, Storage};
 use super::spaces::Name;
 use super::{Lower, ir_type};
-use crate::builtins;
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, Global, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
-use crate::messages::code;
 use crate::source::Span;
 use crate::types::{Base, Type};
 
@@ -121,6 +119,15 @@ impl Lower<'_> {
                 self.print(name, args, span);
                 return None;
             }
+            "setmessage" => {
+                self.setmessage(args, span);
+                return None;
+            }
+            "getmessage" => return self.getmessage(args, span),
+            "getattribute" => return self.getattribute(args, span),
+            "dict_value" => return self.dict_value(args, span),
+            "trace" => self.trace(args, e),
+            "pointcloud_search" | "pointcloud_get" | "pointcloud_write" => self.pointcloud(args, span),
             // `exit` as a statement is handled there.
             other => {
                 self.error(Diagnostic::not_yet("E3001", span, format!("`{other}` here")));
@@ -149,47 +156,6 @@ impl Lower<'_> {
     fn is_open(&self, local: LocalId) -> bool {
         let LocalKind::Param(index) = self.out.locals[local.0 as usize].kind else { return false };
         self.out.params.get(index as usize).is_some_and(|p| p.traits.open)
-    }
-
-    /// A statement that says something to the host.
-    fn print(&mut self, name: &str, args: &[Expr], span: Span) {
-        let texts: Vec<Expr> = args.iter().filter(|a| a.ty.base != Base::Closure || a.ty.is_array()).cloned().collect();
-        if !self.printable(name, &texts) {
-            return;
-        }
-        let shader = || Const::Str(self.tree.name.clone());
-        let (code, owner, from) = match name {
-            "printf" => (code::PRINT, Some(Const::Str(String::new())), 0),
-            "error" => (code::ERROR, Some(shader()), 0),
-            "warning" => (code::WARNING, Some(shader()), 0),
-            _ => (code::FILE, None, 1),
-        };
-        let owner = match owner {
-            Some(c) => self.constant(c, span),
-            None => self.expr(&args[0]),
-        };
-        let mut list = arg_values(&[self.int(code, span), owner]);
-        for arg in &args[from..] {
-            if is_single(arg.ty) {
-                list.push(Arg::Value(self.expr(arg)));
-            } else if let Some(local) = self.array(arg) {
-                list.push(Arg::Array(local));
-            }
-        }
-        if let Some(func) = builtins::find("print") {
-            self.push(Stmt::Call { func, args: list, outputs: Vec::new(), result: None, span });
-        }
-    }
-
-    /// A statement that tells the host of an error of the shader's, in the reference implementation's words: `%s` stands for
-    /// the names in order.
-    pub(super) fn report_error(&mut self, format: &str, names: &[ValueId], span: Span) {
-        let [owner, format] = ["", format].map(|t| self.constant(Const::Str(t.to_owned()), span));
-        let mut args = vec![self.int(code::ERROR, span), owner, format];
-        args.extend(names);
-        if let Some(func) = builtins::find("print") {
-            self.push(Stmt::Call { func, args: arg_values(&args), outputs: Vec::new(), result: None, span });
-        }
     }
 
     fn values(&mut self, args: &[Expr]) -> Vec<ValueId> {

@@ -248,7 +248,7 @@ impl<'a> Lower<'a> {
         self.by_name(what, name, known, Ty::Int, Unknown::Silent, |l, i| l.int(i.unwrap_or(0) as i32, span))
     }
 
-    fn can_be_written(&self, e: &Expr) -> bool {
+    pub(super) fn can_be_written(&self, e: &Expr) -> bool {
         match &e.kind {
             ExprKind::Var(id) => self.tree.var(*id).writable,
             ExprKind::Index(base, _)

@@ -3,7 +3,9 @@
 //! In: folded IR. Out: calls that only the host can carry out, on strings that can be so and so many constants, have become
 //! choices among the results of the cases. Other arguments must be constants. What has too many cases stays as it is.
 
+use super::Settings;
 use super::strings::Strings;
+use crate::attributes::{Attributes, Question};
 use crate::builtins::{self, FuncId, Lowering};
 use crate::interp;
 use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Shader, Stmt, Ty, Value, ValueId};
@@ -16,12 +18,12 @@ const MAX_CASES: usize = 64;
 const MAX_ELEMENTS: usize = 1024;
 
 /// Rewrites what it can; whether there was anything.
-pub(super) fn cases(shader: &mut Shader) -> bool {
+pub(super) fn cases(shader: &mut Shader, settings: &Settings<'_>) -> bool {
     if !shader.values.iter().any(|v| matches!(&v.inst, Inst::Call(f, _) if is_host(*f))) && !has_statements(shader) {
         return false;
     }
     let strings = Strings::of(shader);
-    let mut cases = Cases { strings, shader, changed: false };
+    let mut cases = Cases { strings, shader, settings, changed: false };
     for i in 0..cases.shader.params.len() {
         let init = std::mem::take(&mut cases.shader.params[i].init);
         cases.shader.params[i].init = cases.block(init);
@@ -47,6 +49,7 @@ fn has_statements(shader: &Shader) -> bool {
 struct Cases<'a> {
     strings: Strings,
     shader: &'a mut Shader,
+    settings: &'a Settings<'a>,
     changed: bool,
 }
 
@@ -163,6 +166,28 @@ impl Cases<'_> {
         id
     }
 
+    /// Answers a question for the number of the point, which only the device knows.
+    fn asks_for_index(
+        &mut self,
+        func: FuncId,
+        choices: &[Choice],
+        output: LocalId,
+        result: LocalId,
+        span: Span,
+        out: &mut Block,
+    ) -> bool {
+        let is = |i: usize, text: &str| {
+            choices.get(i).is_some_and(|(_, texts)| matches!(texts.as_slice(), [Const::Str(s)] if s == text))
+        };
+        let asked = builtins::row(func).name == "attribute_get" && is(0, "") && is(1, "shading:index") && is(3, "int");
+        let Some(func) = builtins::find("shading_index").filter(|_| asked && self.settings.grid) else { return false };
+        let index = self.emit(Inst::Call(func, Vec::new()), Ty::Int, span, out);
+        out.stmts.push(Stmt::Store(output, index));
+        let one = self.emit(Inst::Const(Const::Int(1)), Ty::Int, span, out);
+        out.stmts.push(Stmt::Store(result, one));
+        true
+    }
+
     /// A call that writes to an array: a branch per case.
     fn statement(
         &mut self,
@@ -174,12 +199,21 @@ impl Cases<'_> {
         out: &mut Block,
     ) -> Option<()> {
         let [output] = outputs else { return None };
-        let room = self.shader.locals[output.0 as usize].len? as usize;
+        let room = self.shader.locals[output.0 as usize].len.unwrap_or(1) as usize;
         let choices = self.choices(args)?;
+        if self.asks_for_index(func, &choices, *output, result, span, out) {
+            return Some(());
+        }
+        let chosen = choices.iter().any(|(by, _)| by.is_some());
+        let settings = self.settings;
         let mut results = Vec::new();
         let mut elements = 0;
         let all = each_case(&choices, &mut |case| {
-            let Some(done) = interp::fold_call_with_output(func, case, room) else { return false };
+            let done = match builtins::row(func).name {
+                "attribute_get" => attribute(settings.attributes, case, chosen),
+                _ => interp::fold_call_with_output(func, case, room),
+            };
+            let Some(done) = done else { return false };
             elements += done.0.len();
             results.push(done);
             elements <= MAX_ELEMENTS
@@ -202,8 +236,14 @@ impl Cases<'_> {
     ) {
         let Some(((told_by, texts), rest)) = choices.split_first() else {
             let Some((elements, value)) = results.next() else { return };
+            let single = self.shader.locals[targets.0.0 as usize].len.is_none();
             for (i, element) in elements.into_iter().enumerate() {
                 let ty = element.ty().unwrap_or(Ty::Int);
+                if single {
+                    let element = self.emit(Inst::Const(element), ty, span, out);
+                    out.stmts.push(Stmt::Store(targets.0, element));
+                    continue;
+                }
                 let index = self.emit(Inst::Const(Const::Int(i as i32)), Ty::Int, span, out);
                 let element = self.emit(Inst::Const(element), ty, span, out);
                 out.stmts.push(Stmt::StoreElem(targets.0, index, element));
@@ -228,6 +268,28 @@ impl Cases<'_> {
         }
         out.stmts.extend(chosen.stmts);
     }
+}
+
+/// The answer of `attribute_get`. As in the reference, a shader's own names are known only where what is asked for is no
+/// choice (`chosen`).
+fn attribute(attributes: Option<&Attributes>, args: &[Const], chosen: bool) -> Option<(Vec<Const>, Const)> {
+    use Const::{Int, Str};
+    let [Str(object), Str(name), Int(index), Str(ty), shader, layer, group] = args else { return None };
+    let own = match name.as_str() {
+        "shader:shadername" => Some(shader),
+        "shader:layername" => Some(layer),
+        "shader:groupname" => Some(group),
+        _ => None,
+    };
+    let question = Question { object, name, index: *index, ty };
+    let found = match own {
+        Some(text) => (ty == "string" && !chosen).then(|| vec![text.clone()]),
+        None => attributes.map_or_else(|| Attributes::default().find(&question), |a| a.find(&question)),
+    };
+    Some(match found {
+        Some(elements) => (elements, Int(1)),
+        None => (Vec::new(), Int(0)),
+    })
 }
 
 /// Calls `see` on the arguments of each case, the last argument changing fastest, until it says no; whether it never did.

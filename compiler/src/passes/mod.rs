@@ -11,6 +11,8 @@ mod cases;
 mod closures;
 mod dead;
 mod derivatives;
+mod dialogue;
+mod dictionary;
 mod fold;
 pub mod link;
 mod prune;
@@ -28,9 +30,12 @@ pub(crate) use specialise::fitted;
 pub use specialise::specialise;
 pub use textures::{TextureUse, textures};
 
+use crate::attributes::Attributes;
 use crate::builtins;
 use crate::diag::Diagnostic;
+use crate::dictionary::Documents;
 use crate::ir::{Const, Inst, Shader, verify};
+use crate::source::SourceMap;
 use crate::textures::TextureAccess;
 
 /// Rounds of `cases`: functions of choices inside each other.
@@ -53,6 +58,14 @@ pub struct Settings<'a> {
     pub target: Target,
     /// Who answers `gettextureinfo`.
     pub textures: Option<&'a TextureAccess>,
+    /// What `getattribute` finds.
+    pub attributes: Option<&'a Attributes>,
+    /// Who reads the files of dictionaries.
+    pub documents: Option<&'a Documents>,
+    /// Where spans lie, for what is said at run time of places in the source.
+    pub sources: Option<&'a SourceMap>,
+    /// The shader runs over a grid of points, without a scene.
+    pub grid: bool,
 }
 
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need, for a device.
@@ -91,19 +104,23 @@ pub fn optimise_with(
     check(shader, "fold");
     textures::answer(shader, settings.textures)?;
     check(shader, "textures");
+    dictionary::dictionary(shader, settings)?;
+    check(shader, "dictionary");
+    dialogue::dialogue(shader, settings.sources)?;
+    check(shader, "dialogue");
     closures(shader)?;
     check(shader, "closures");
     fold(shader)?;
     check(shader, "fold");
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
-    while rounds < MAX_ROUNDS && cases::cases(shader) {
+    while rounds < MAX_ROUNDS && cases::cases(shader, settings) {
         check(shader, "cases");
         fold(shader)?;
         check(shader, "fold");
         rounds += 1;
     }
-    review::refuse_calls(shader, settings.target)?;
+    review::refuse_calls(shader, settings)?;
     prune(shader, outputs);
     check(shader, "prune");
     let reduce = |shader: &mut Shader| {

@@ -4,8 +4,8 @@
 //! known ones; warnings for names of distributions and numbers of knots that the kernels take as something else. For the host
 //! nothing is refused but what nobody carries out.
 
-use super::Target;
 use super::strings::Strings;
+use super::{Settings, Target};
 use crate::builtins::{self, Lowering};
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, Inst, Shader, SlotArg, Stmt, Ty, Value, ValueId};
@@ -17,8 +17,9 @@ const DISTRIBUTIONS: [&str; 3] = ["ggx", "beckmann", "default"];
 
 /// Refuses built-ins that are not supported, and statements that only the host could carry out, such as `printf`. To be
 /// called before pruning, which drops what nothing uses: such a call may write to more than its result.
-pub(super) fn refuse_calls(shader: &Shader, target: Target) -> Result<(), Vec<Diagnostic>> {
-    let is_host = |func| target == Target::Device && is_host(func);
+pub(super) fn refuse_calls(shader: &Shader, settings: &Settings<'_>) -> Result<(), Vec<Diagnostic>> {
+    let is_host = |func| settings.target == Target::Device && is_host(func);
+    let is_missing = |func| is_missing(func) || !settings.grid && builtins::row(func).name == "trace_hit";
     let mut errors = Vec::new();
     for block in shader.blocks() {
         block.walk(&mut |s| {
@@ -30,10 +31,26 @@ pub(super) fn refuse_calls(shader: &Shader, target: Target) -> Result<(), Vec<Di
                 },
                 _ => return,
             };
-            add(&mut errors, Diagnostic::not_yet("E3001", span, format!("`{}`", builtins::row(*func).name)));
+            add(
+                &mut errors,
+                Diagnostic::not_yet("E3001", span, format!("`{}`", public_name(builtins::row(*func).name))),
+            );
         });
     }
     if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+/// A built-in as users know it.
+fn public_name(name: &str) -> &str {
+    match name {
+        "attribute_get" => "getattribute",
+        "message_get" => "getmessage",
+        "message_set" => "setmessage",
+        "dict_get" => "dict_value",
+        "trace_hit" => "trace",
+        "hash_string" => "hash",
+        name => name,
+    }
 }
 
 fn is_missing(func: builtins::FuncId) -> bool {
@@ -85,7 +102,7 @@ pub(super) fn review(shader: &mut Shader, target: Target) -> Result<(Vec<Diagnos
                     settled.push((id, Const::Int(reached.into())));
                 }
                 name if is_host(*func) && target == Target::Device => {
-                    let what = format!("`{name}` of what is not known at compile time");
+                    let what = format!("`{}` of what is not known at compile time", public_name(name));
                     add(&mut errors, Diagnostic::not_yet("E3001", value.span, what));
                 }
                 name => {

@@ -47,6 +47,7 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     // clap gives exactly two numbers.
     let [width, height] = args.grid[..] else { return Err(Error::Usage("--grid takes two numbers".to_owned())) };
     let grid = Grid::new(width, height);
+    let options = Options { attributes: grid.attributes(), documents: Some(sources::documents()), ..options };
     let artifact = match shade::compile(&master, &options, &outputs) {
         Ok(artifact) => artifact,
         Err(failure) => {

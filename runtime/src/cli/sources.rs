@@ -4,6 +4,7 @@
 //! not know what is done with them.
 
 use super::args::SourceArgs;
+use oslcl_compiler::dictionary::Documents;
 use oslcl_compiler::{Includes, Options, suggest};
 use oslcl_runtime::{scene, shader_file};
 use std::io;
@@ -141,4 +142,9 @@ impl Includes for Folders {
         let beside = from.filter(|_| !system).map(|f| Path::new(f).parent().unwrap_or(Path::new("")).to_owned());
         beside.iter().chain(&self.folders).find_map(|folder| self.take(folder.join(path)))
     }
+}
+
+/// Reads the files that shaders' dictionaries are in.
+pub fn documents() -> Documents {
+    Documents(Arc::new(|name| std::fs::read_to_string(name).ok()))
 }

@@ -59,9 +59,14 @@ pub(super) fn of_function(name: &str) -> &'static str {
         | "rgb_to_srgb" => "osl/color.h",
         "step" | "linearstep" | "smoothstep" | "smooth_linearstep" => "osl/pattern.h",
         "hash_value" => "osl/hash.h",
-        "surfacearea" | "backfacing" | "flip_handedness" | "raytype_bit" | "space_matrix" | "space_matrix_inverse" => {
-            "osl/state.h"
-        }
+        "surfacearea"
+        | "backfacing"
+        | "shading_index"
+        | "trace_hit"
+        | "flip_handedness"
+        | "raytype_bit"
+        | "space_matrix"
+        | "space_matrix_inverse" => "osl/state.h",
         _ => "osl/math.h",
     }
 }

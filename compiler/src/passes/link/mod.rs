@@ -21,7 +21,7 @@ pub use join::shift_diagnostic;
 
 use super::specialise::specialise;
 use crate::diag::Diagnostic;
-use crate::ir::{Const, LocalKind, Shader, Source};
+use crate::ir::{Arg, Const, Inst, LocalKind, Shader, Source, Stmt};
 
 /// What a value says beside itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -131,7 +131,7 @@ pub fn link(request: &Request<'_>) -> Result<(Shader, Vec<String>), Vec<Diagnost
         if layers.iter().any(|other| other.name == part.name) {
             errors.push(Diagnostic::global("E4013", format!("two layers of the group are named `{}`", part.name)));
         }
-        match bind(part) {
+        match bind(part, request.name) {
             Ok(layer) => layers.push(layer),
             Err(list) => errors.extend(list.into_iter().map(|d| in_layer(d, part.name))),
         }
@@ -200,9 +200,10 @@ pub fn link(request: &Request<'_>) -> Result<(Shader, Vec<String>), Vec<Diagnost
 }
 
 /// A layer's own shader with its values.
-fn bind(part: &Part<'_>) -> Result<Layer, Vec<Diagnostic>> {
+fn bind(part: &Part<'_>, group: &str) -> Result<Layer, Vec<Diagnostic>> {
     let mut shader = part.shader.clone();
     join::shift_files(&mut shader, part.first_file);
+    name_layer(&mut shader, part.name, group);
     let values: Vec<(String, Const)> = part.settings.iter().map(|s| (s.name.clone(), s.value.clone())).collect();
     specialise(&mut shader, &values)?;
     let reads = shader.params.iter().map(|param| {
@@ -250,6 +251,25 @@ pub(super) fn writes_others(shader: &Shader, index: usize) -> bool {
         s.written(&mut |l| found |= l != own && matches!(shader.locals[l.0 as usize].kind, LocalKind::Param(_)));
     });
     found
+}
+
+/// Tells a layer's `getattribute` calls where they stand: their last two arguments are constants of their own.
+fn name_layer(shader: &mut Shader, layer: &str, group: &str) {
+    let Some(asks) = crate::builtins::find("attribute_get") else { return };
+    let mut named = Vec::new();
+    for block in shader.blocks() {
+        block.walk(&mut |s| {
+            if let Stmt::Call { func, args, .. } = s
+                && *func == asks
+                && let [.., Arg::Value(l), Arg::Value(g)] = args.as_slice()
+            {
+                named.extend([(*l, layer), (*g, group)]);
+            }
+        });
+    }
+    for (value, text) in named {
+        shader.values[value.0 as usize].inst = Inst::Const(Const::Str(text.to_owned()));
+    }
 }
 
 /// Says of a finding which layer it is about.

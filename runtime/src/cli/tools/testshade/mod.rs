@@ -8,14 +8,14 @@ mod build;
 mod said;
 mod supplies;
 
-use super::super::{Error, report, terminal};
+use super::super::{Error, report, sources, terminal};
 use args::Args;
 use build::{Built, Shaders};
 use oslcl_compiler::{Artifact, Group, Options};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::shade::{self, Grid, Plane, Supplies};
+use oslcl_runtime::shade::{self, Grid, Plane, Shaded, Supplies};
 use oslcl_runtime::textures::{self, Library};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -115,16 +115,28 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
     let library = Arc::new(Library::new(textures(args)));
     let entry = oslcl_compiler::Entry::Grid(names);
     let mut supplies = supplies::of(args);
+    let grid = grid(args);
     let options = Options {
         entry,
         textures: Some(library.access()),
+        attributes: grid.attributes(),
+        documents: Some(sources::documents()),
         userdata: Some(supplies.declared()),
         interactive: true,
         userdata_is_connected: args.userdata_isconnected,
         lazy: supplies::lazy(args),
         ..Options::default()
     };
-    let output = built.group.instance(&options).map_err(|failure| report::report(&failure))?;
+    let output = match built.group.instance(&options) {
+        Ok(output) => output,
+        Err(failure) => {
+            // What no device can do is done here, if it can be done at all.
+            let asked: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
+            let run = || shade::run_group_on_host(&built.group, &options, &asked, grid);
+            let Some(Ok(shaded)) = shade::needs_host(&failure).then(run) else { return Err(report::report(&failure)) };
+            return deliver(args, shaded, outputs);
+        }
+    };
     report::show(&output.sources, &output.warnings);
     if args.debug {
         let artifact = &output.artifact;
@@ -155,6 +167,11 @@ fn once(
     supplies: &Supplies,
 ) -> Result<(), Error> {
     let shaded = shade::run_supplied(device, artifact, grid(args), Precision::Standard, library, supplies)?;
+    deliver(args, shaded, outputs)
+}
+
+/// Prints what was said and the values, or writes pictures.
+fn deliver(args: &Args, shaded: Shaded, outputs: &[(String, String)]) -> Result<(), Error> {
     for warning in &shaded.warnings {
         terminal::say(&format!("WARNING: {warning}\n"));
     }

@@ -1,0 +1,127 @@
+//! What `getattribute` knows: facts of the compiler's own, and the attributes that the caller gives.
+//!
+//! In: the names that a shader asks for. Out: constants. It must not know the syntax tree or any target.
+
+use crate::ir::Const;
+
+/// A value of an attribute.
+pub use crate::ir::Const as Value;
+
+/// The version of OSL that `osl:version` answers.
+const VERSION: i32 = 11600;
+
+/// A named value of the renderer: of its camera, of the scene, of an object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// Whose it is; empty: it is found without naming an object.
+    pub object: String,
+    /// Its name.
+    pub name: String,
+    /// Its type in OSL's words, such as `int[2]`.
+    pub ty: String,
+    /// The value; arrays as [`Const::Array`].
+    pub value: Const,
+}
+
+/// The attributes of a compilation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Attributes {
+    /// All of them; the first that fits counts.
+    pub list: Vec<Attribute>,
+    /// Types must agree exactly, as testshade's renderer wants it; else they convert.
+    pub exact: bool,
+}
+
+/// One question.
+pub(crate) struct Question<'a> {
+    pub object: &'a str,
+    pub name: &'a str,
+    /// Element of an array; less than 0: all of it.
+    pub index: i32,
+    /// The type of the variable.
+    pub ty: &'a str,
+}
+
+impl Attributes {
+    /// The value for a variable of the question's type: its elements.
+    pub(crate) fn find(&self, q: &Question<'_>) -> Option<Vec<Const>> {
+        if q.name == "osl:version" {
+            return (q.ty == "int").then(|| vec![Const::Int(VERSION)]);
+        }
+        let mine = self.list.iter().filter(|a| a.name == q.name && a.object == q.object);
+        mine.filter_map(|a| self.fit(a, q)).next()
+    }
+
+    fn fit(&self, attribute: &Attribute, q: &Question<'_>) -> Option<Vec<Const>> {
+        let (base, _) = split(&attribute.ty);
+        let items = match &attribute.value {
+            Const::Array(items) => items.clone(),
+            single => vec![single.clone()],
+        };
+        if q.index >= 0 {
+            let item = items.get(q.index as usize)?.clone();
+            return self.convert(base, vec![item], q.ty);
+        }
+        if attribute.ty == q.ty {
+            return Some(items);
+        }
+        if self.exact { None } else { self.convert(&attribute.ty, items, q.ty) }
+    }
+
+    /// Conversions of the specification: int and float, a scalar to a triple, triples among each other, a float to two, two
+    /// floats to a triple.
+    fn convert(&self, from: &str, items: Vec<Const>, to: &str) -> Option<Vec<Const>> {
+        if from == to {
+            return Some(items);
+        }
+        if self.exact {
+            return None;
+        }
+        let triple = |ty: &str| matches!(ty, "color" | "point" | "vector" | "normal");
+        Some(match (from, items.as_slice(), to) {
+            ("int", [Const::Int(v)], "float") => vec![Const::Float(f64::from(*v))],
+            ("float", [Const::Float(v)], "int") => vec![Const::Int(*v as i32)],
+            ("int", [Const::Int(v)], to) if triple(to) => vec![Const::Triple([f64::from(*v); 3])],
+            ("float", [Const::Float(v)], to) if triple(to) => vec![Const::Triple([*v; 3])],
+            ("float", [Const::Float(v)], "float[2]") => vec![Const::Float(*v), Const::Float(*v)],
+            ("float[2]", [Const::Float(a), Const::Float(b)], to) if triple(to) => vec![Const::Triple([*a, *b, 0.0])],
+            (from, [Const::Triple(v)], to) if triple(from) && triple(to) => vec![Const::Triple(*v)],
+            _ => return None,
+        })
+    }
+}
+
+/// Base and length.
+fn split(ty: &str) -> (&str, Option<u32>) {
+    match ty.trim_end_matches(']').split_once('[') {
+        Some((base, len)) => (base, len.parse().ok()),
+        None => (ty, None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_convert_unless_they_must_not() {
+        let list = vec![
+            Attribute { object: String::new(), name: "w".into(), ty: "float".into(), value: Const::Float(2.7) },
+            Attribute {
+                object: "cam".into(),
+                name: "res".into(),
+                ty: "int[2]".into(),
+                value: Const::Array(vec![Const::Int(4), Const::Int(3)]),
+            },
+        ];
+        let loose = Attributes { list: list.clone(), exact: false };
+        let ask = |a: &Attributes, object, name, index, ty| a.find(&Question { object, name, index, ty });
+        assert_eq!(ask(&loose, "", "w", -1, "int"), Some(vec![Const::Int(2)]));
+        assert_eq!(ask(&loose, "", "w", -1, "color"), Some(vec![Const::Triple([2.7; 3])]));
+        assert_eq!(ask(&loose, "cam", "res", 1, "int"), Some(vec![Const::Int(3)]));
+        assert_eq!(ask(&loose, "", "res", 1, "int"), None);
+        let exact = Attributes { list, exact: true };
+        assert_eq!(ask(&exact, "", "w", -1, "int"), None);
+        assert_eq!(ask(&exact, "", "osl:version", -1, "int"), Some(vec![Const::Int(11600)]));
+    }
+}
