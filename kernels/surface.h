@@ -7,6 +7,7 @@
 
 #include "bsdf/numeric.h"
 #include "context.h"
+#include "footprint.h"
 #include "globals.h"
 
 // Where what the shader says goes; its number tells whose it is.
@@ -131,7 +132,7 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
         sg->v = t0.y + d1.y * u + d2.y * v;
     }
 #endif
-#ifdef HAS_TANGENTS
+#if defined(HAS_TANGENTS) || defined(HAS_DERIVATIVES)
     tangents(e1, e2, d1, d2, Ng, &sg->dPdu, &sg->dPdv);
 #else
     sg->dPdu = sg->dPdv = (real3)(0);
@@ -155,6 +156,9 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     sg->camera_space = 0;
 #endif
     sg->other_spaces = 0;
+#ifdef HAS_DERIVATIVES
+    footprint_none(sg);
+#endif
     surface_buffers(c, sg);
     return s;
 }
@@ -176,6 +180,9 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
     sg->camera_space = 0;
 #endif
     sg->other_spaces = 0;
+#ifdef HAS_DERIVATIVES
+    footprint_none(sg);
+#endif
     surface_buffers(c, sg);
 }
 

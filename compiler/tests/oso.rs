@@ -269,3 +269,15 @@ fn files_of_other_compilers_are_read() {
     let output = master.instance(&Options::default()).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(output.artifact.lobes, ["diffuse"]);
 }
+
+/// Functions that call each other twice double the code with each level.
+#[test]
+fn a_shader_that_grows_without_bound_is_refused() {
+    let mut source = "void f0(output float x) { x = x * 2 + sin(x); }\n".to_owned();
+    for i in 0..24 {
+        source += &format!("void f{}(output float x) {{ f{i}(x); f{i}(x); }}\n", i + 1);
+    }
+    source += "shader grows(output float f = 0) { f24(f); }";
+    let failure = oso("grows.osl", &source).expect_err("too large");
+    assert_eq!(failure.diagnostics[0].code, "E5003");
+}

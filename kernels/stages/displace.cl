@@ -32,7 +32,18 @@ __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_
     sg.backfacing = 0;
     sg.raytype = 0;
     sg.object_space = spaces;
+    sg.shader_space = spaces;
     sg.camera_space = spaces + 32;
+    sg.other_spaces = 0;
+#ifdef HAS_DERIVATIVES
+    // There are no pixels: x and y run along u and v, so that calculatenormal(P) is the displaced surface's normal.
+    sg.dPdx = sg.dPdu;
+    sg.dPdy = sg.dPdv;
+    sg.dudx = sg.dvdy = 1;
+    sg.dudy = sg.dvdx = 0;
+    sg.dIdx = sg.dIdy = sg.dPsdx = sg.dPsdy = (real3)(0);
+    sg.flip_handedness = dot(cross(sg.dPdx, sg.dPdy), sg.N) < 0;
+#endif
 #ifdef HAS_TEXTURES
     sg.textures = textures;
 #endif

@@ -19,7 +19,14 @@ static inline real3 environment_radiance(const Context *c, real3 I)
 static inline int stage_environment(const Context *c, uint slot)
 {
     real3 d = path_get3(c, PATH_ray_d, slot);
-    real3 L = path_get3(c, PATH_beta, slot) * environment_radiance(c, d);
+    ShaderGlobals sg;
+    ShadeResult result;
+    environment_point(c, d, &sg);
+#ifdef HAS_DERIVATIVES
+    footprint_direction(c, slot, d, &sg);
+#endif
+    MATERIAL_ENTRY(&sg, 0, &result);
+    real3 L = path_get3(c, PATH_beta, slot) * result.background;
 #ifdef HAS_ENVIRONMENT_SAMPLING
     real pdf = path_get(c, PATH_pdf, slot);
     if (pdf > 0) L *= mis_weight(pdf, environment_pdf(c, d));

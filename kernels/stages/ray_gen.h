@@ -4,6 +4,7 @@
 
 #include "bsdf/sampling.h"
 #include "context.h"
+#include "footprint.h"
 #include "random.h"
 
 static inline int stage_ray_gen(const Context *c, uint slot, int start)
@@ -33,6 +34,10 @@ static inline int stage_ray_gen(const Context *c, uint slot, int start)
     path_set3(c, PATH_ray_d, slot, normalize(d));
     path_set3(c, PATH_beta, slot, (real3)(1));
     path_set3(c, PATH_radiance, slot, (real3)(0));
+#ifdef HAS_DERIVATIVES
+    path_set(c, PATH_cone_width, slot, 0);
+    path_set(c, PATH_cone_spread, slot, footprint_of_pixel(c));
+#endif
 #ifdef PATH_pdf
     path_set(c, PATH_pdf, slot, 0);
 #endif

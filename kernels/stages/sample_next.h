@@ -3,6 +3,7 @@
 #define OSLCL_STAGE_SAMPLE_NEXT_H
 
 #include "bsdf/bsdf.h"
+#include "footprint.h"
 #include "globals.h"
 #include "lobe_state.h"
 #include "random.h"
@@ -44,6 +45,9 @@ static inline int stage_sample_next(const Context *c, uint slot)
     path_set3(c, PATH_ray_o, slot, above ? P + offset : P - offset);
     path_set3(c, PATH_ray_d, slot, wi);
     path_set3(c, PATH_beta, slot, beta);
+#ifdef HAS_DERIVATIVES
+    footprint_bounce(c, slot, bits & SAMPLE_DELTA ? 0 : pdf);
+#endif
 #ifdef PATH_pdf
     path_set(c, PATH_pdf, slot, bits & SAMPLE_DELTA ? 0 : pdf);
 #endif

@@ -20,6 +20,9 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     ShaderGlobals sg;
     SurfacePoint point = surface_point(c, triangle, instance, path_get(c, PATH_hit_u, slot),
                                        path_get(c, PATH_hit_v, slot), I, &sg);
+#ifdef HAS_DERIVATIVES
+    footprint_surface(c, slot, length(point.P - path_get3(c, PATH_ray_o, slot)), &sg);
+#endif
 #ifdef PATHU_raytype
     sg.raytype = path_get_uint(c, PATHU_raytype, slot);
 #endif

@@ -16,6 +16,7 @@ macro_rules! embed {
 static KERNELS: &[(&str, &str)] = embed![
     "context.h",
     "geometry.h",
+    "footprint.h",
     "globals.h",
     "lights.h",
     "lobe.h",

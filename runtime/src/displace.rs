@@ -98,8 +98,9 @@ pub fn apply<'a>(
 /// The shader's text with the kernel behind it, built.
 fn build(device: &Device, artifact: &Artifact, precision: Precision) -> Result<Program, Error> {
     let macros: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
+    let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
     let text = format!(
-        "{macros}{}\n#define DISPLACE_ENTRY {}\n#include \"stages/displace.cl\"\n",
+        "{derivatives}{macros}{}\n#define DISPLACE_ENTRY {}\n#include \"stages/displace.cl\"\n",
         artifact.code, artifact.entry
     );
     let source = assemble::assemble(&format!("{}.cl", artifact.entry), &text)?;

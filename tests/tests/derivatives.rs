@@ -6,7 +6,10 @@
 
 use oslcl_compiler::interp::Globals;
 use oslcl_compiler::{Master, NoIncludes, Options};
+use oslcl_runtime::film::compare::mean;
+use oslcl_runtime::precision::Precision;
 use oslcl_tests::points;
+use oslcl_tests::scenes::{empty, material, mesh, place, render, wall};
 
 /// Step of the differences; their error is about its square.
 const STEP: f64 = 1e-5;
@@ -299,4 +302,46 @@ fn what_the_reference_gives_no_derivatives_has_none() {
         let slope = -(x * g.du[0] - y * g.dv[0]) / (x * x + y * y);
         assert!((values[1].1[0] - slope).abs() < 1e-12, "{} {slope}", values[1].1[0]);
     }
+}
+
+/// A wall across the view: what a pixel covers there is known.
+#[test]
+fn a_renderer_knows_what_its_pixels_cover() {
+    let across = 2.0 * 5.0 * 10_f64.to_radians().tan() / 16.0;
+    for (source, expected) in [
+        ("surface e() { Ci = color(Dx(P)[0], -Dy(P)[2], filterwidth(P)[0]) * emission(); }", [across; 3]),
+        ("surface e() { Ci = color(2 * Dx(u), -2 * Dy(v), 1 + Dy(u)) * emission(); }", [across, across, 1.0]),
+        (
+            "surface e() { Ci = color(dot(normalize(calculatenormal(P)), N), 10 * area(P), 5 * Dx(I)[0]) * emission(); }",
+            // Off the axis the direction turns slower: the mean of (1 + z^2) / (1 + x^2 + z^2)^1.5 over the picture.
+            [1.0, 10.0 * across * across, 0.9797 * across],
+        ),
+    ] {
+        let mut scene = empty();
+        let m = material(&mut scene, source, &[]);
+        let w = mesh(&mut scene, wall());
+        place(&mut scene, w, m, glam::DAffine3::IDENTITY);
+        let (picture, summary) = render(&scene, Precision::Standard);
+        assert_eq!((summary.counts.dropped, summary.counts.repaired), (0, 0));
+        let found = mean(&picture);
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() <= 5e-3 * expected, "{source}: {found:?}, expected {expected}");
+        }
+    }
+}
+
+/// Behind a bounce the footprint is there and grows: seen in a mirror, the sky's direction still has one.
+#[test]
+fn footprints_survive_bounces() {
+    let mut scene = empty();
+    let m = material(&mut scene, "surface m() { Ci = 0.5 * reflection(N) + 0.5 * diffuse(N); }", &[]);
+    let w = mesh(&mut scene, wall());
+    place(&mut scene, w, m, glam::DAffine3::IDENTITY);
+    let sky = material(&mut scene, "surface s() { Ci = color(length(filterwidth(I)) > 0, 0, 0) * background(); }", &[]);
+    scene.environment = Some(sky);
+    let (picture, _) = render(&scene, Precision::Standard);
+    let found = mean(&picture);
+    // All of the light that paths find has a footprint; rays to the sky that are only asked for its radiance have none, and
+    // share a diffuse wall's light with the others.
+    assert!(found[0] > 0.5 && found[0] < 1.0, "{found:?}");
 }

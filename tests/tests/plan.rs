@@ -34,6 +34,12 @@ fn each_effect_is_asked_for_by_what_needs_it() {
     check(&wall_of("surface d() { Ci = 2 * emission(); }"), &["surfaces", "lights"]);
     check(&wall_of("surface d() { Ci = u * emission(); }"), &["surfaces", "lights", "varying_lights", "uvs"]);
     check(&wall_of("surface d() { Ci = ward(N, dPdu, 0.1, 0.2); }"), &["surfaces", "lobe_ward", "tangents", "uvs"]);
+    check(
+        &wall_of("surface d() { Ci = filterwidth(u) * diffuse(N); }"),
+        &["surfaces", "lobe_diffuse", "derivatives", "uvs"],
+    );
+    // N has no derivatives.
+    check(&wall_of("surface d() { Ci = diffuse(N) + filterwidth(N[0]) * emission(); }"), &["surfaces", "lobe_diffuse"]);
     check(&wall_of("surface d() { Ci = surfacearea() * diffuse(N); }"), &["surfaces", "lobe_diffuse", "surface_area"]);
     check(
         &wall_of("surface d() { Ci = transform(\"object\", P)[0] * diffuse(N); }"),
@@ -85,6 +91,31 @@ fn settings_and_geometry_ask_too() {
     assert!(plan.has(Effect::DoublePrecision));
 }
 
+#[test]
+fn textures_are_there_when_asked_for() {
+    let find = |source: &str, wanted: &[&str]| {
+        let found = effects(&wall_of(source));
+        let textures: Vec<&str> = found.iter().copied().filter(|e| e.starts_with("texture")).collect();
+        assert_eq!(textures, wanted, "{source}");
+        text_of(&wall_of(source))
+    };
+    let off =
+        find("surface d(string file = \"\") { Ci = diffuse(N); if (file != \"\") Ci *= texture(file, u, v); }", &[]);
+    assert!(!off.contains("#define HAS_TEXTURE") && !off.contains("\"osl/texture"), "no texture, no code");
+    let cubic =
+        find("surface d() { Ci = (color)texture(\"a.tif\", u, v) * diffuse(N); }", &["texture_cubic", "textures"]);
+    assert!(
+        cubic.contains("*textures")
+            && cubic.contains("#define HAS_TEXTURE_CUBIC")
+            && !cubic.contains("#define HAS_TEXTURE_CLOSEST")
+    );
+    find("surface d() { Ci = (color)texture(\"a.tif\", u, v, \"interp\", \"linear\") * diffuse(N); }", &["textures"]);
+    find(
+        "surface d() { Ci = (color)environment(\"a.tif\", N, \"interp\", \"closest\") * diffuse(N); }",
+        &["texture_closest", "textures"],
+    );
+}
+
 /// The text of all programs, as the device gets it.
 fn text_of(scene: &Scene) -> String {
     let (plan, _) = render::plan(scene, Precision::Standard).unwrap_or_else(|e| panic!("{e}"));
@@ -92,7 +123,7 @@ fn text_of(scene: &Scene) -> String {
 }
 
 /// Symbols of effects.
-const SYMBOLS: [&str; 18] = [
+const SYMBOLS: [&str; 20] = [
     "#define HAS_LIGHTS",
     "#define HAS_ENVIRONMENT",
     "#define HAS_NORMALS",
@@ -101,6 +132,8 @@ const SYMBOLS: [&str; 18] = [
     "#define HAS_THIN_LENS",
     "#define HAS_ROULETTE",
     "#define HAS_LOBE_MICROFACET",
+    "#define HAS_DERIVATIVES",
+    "#define PATH_cone_width",
     "#define PATH_shadow_o",
     "#define PATH_pdf",
     "#define QUEUE_shadow",
@@ -120,7 +153,8 @@ fn what_is_off_has_no_macro_no_buffer_and_no_queue() {
         assert!(!plain.contains(absent), "{absent}");
     }
     // Each of those is there when asked for, or the check above would hold nothing.
-    let mut scene = wall_of("surface d() { Ci = diffuse(N) + u * emission() + microfacet(\"ggx\", N, 0.1, 1.5, 0); }");
+    let mut scene =
+        wall_of("surface d() { Ci = Dx(P) * diffuse(N) + u * emission() + microfacet(\"ggx\", N, 0.1, 1.5, 0); }");
     scene.camera.lens_radius = 0.1;
     scene.integrator.roulette_from = Some(3);
     let ball = mesh(&mut scene, sphere());

@@ -59,12 +59,16 @@ impl Case {
     }
 
     fn device(&self, precision: Precision) -> Shaded {
+        self.device_on(precision, grid())
+    }
+
+    fn device_on(&self, precision: Precision, grid: Grid) -> Shaded {
         // PoCL finds no device while another thread asks for one.
         static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
         let _one = ONE_AT_A_TIME.lock().unwrap_or_else(|e| e.into_inner());
         let device = Device::open(None).expect("a device");
         let artifact = shade::compile(&self.master, &self.options, &self.outputs).unwrap_or_else(|e| panic!("{e}"));
-        shade::run_with(&device, &artifact, grid(), precision, &self.library).unwrap_or_else(|e| panic!("{e}"))
+        shade::run_with(&device, &artifact, grid, precision, &self.library).unwrap_or_else(|e| panic!("{e}"))
     }
 
     fn host(&self) -> Vec<Values> {
@@ -83,7 +87,8 @@ impl Case {
                 let (x, y) = (i as u32 % SIDE, i as u32 / SIDE);
                 for (found, wanted) in plane.point(x, y).iter().zip(&values[o].1) {
                     spread = (spread.0.min(*wanted), spread.1.max(*wanted));
-                    if !((found - wanted).abs() <= limit * wanted.abs().max(1.0)) {
+                    let off = (found - wanted).abs();
+                    if off.is_nan() || off > limit * wanted.abs().max(1.0) {
                         wrong.push(format!("{x} {y}: the host {wanted}, the device {found}"));
                     }
                 }
@@ -119,6 +124,36 @@ fn other_lookups_in_single_precision() {
 #[test]
 fn other_lookups_in_double_precision() {
     Case::corpus("others", false).compare(Precision::Reference);
+}
+
+#[test]
+fn derivatives_in_single_precision() {
+    Case::corpus("derivatives", true).compare(Precision::Standard);
+}
+
+#[test]
+fn derivatives_in_double_precision() {
+    Case::corpus("derivatives", false).compare(Precision::Reference);
+}
+
+/// A derivative of a lookup is what its neighbours differ by.
+#[test]
+fn derivatives_are_differences() {
+    let source = "shader s(output float c = 0, output float dx = 0, output float dy = 0) { c = texture(\"mip.tif\", u, v, 0, 0, 0, 0, \
+                  \"wrap\", \"clamp\"); float d = texture(\"mip.tif\", u, v, 1, 0, 0, 1, \"width\", 0, \"wrap\", \"clamp\"); \
+                  dx = Dx(d); dy = Dy(d); }";
+    let case = Case::new(source, false);
+    let fine = Grid { center: true, ..Grid::new(512, 512) };
+    let shaded = case.device_on(Precision::Reference, fine);
+    let at = |o: usize, x: u32, y: u32| shaded.planes[o].point(x, y)[0];
+    for (x, y) in [(100, 100), (17, 300), (400, 31), (255, 256)] {
+        let step = 2.0 / 512.0;
+        let differences = [(at(0, x + 1, y) - at(0, x - 1, y)) / step, (at(0, x, y + 1) - at(0, x, y - 1)) / step];
+        for (k, difference) in differences.into_iter().enumerate() {
+            let slope = at(k + 1, x, y);
+            assert!((slope - difference).abs() < 0.02 * difference.abs().max(1.0), "{slope} {difference}");
+        }
+    }
 }
 
 /// The numbers of an output at a point.

@@ -122,7 +122,9 @@ pub(super) fn of(shader: &Shader) -> Effects {
     effects.volumes = volumes.into_iter().collect();
     let read = globals(shader);
     effects.state.derivatives = read.iter().any(|g| g.is_derivative());
-    effects.globals = read.into_iter().filter(|g| !g.is_derivative()).map(|g| g.name()).collect();
+    // A global is asked for by its derivative alone, too.
+    let bases: BTreeSet<crate::ir::Global> = read.iter().map(|g| g.base()).collect();
+    effects.globals = bases.into_iter().map(|g| g.name()).collect();
     calls(shader, &mut effects);
     // The generated code itself asks which side emits, and from where the lobes are seen.
     effects.state.backfacing |= effects.emission != Radiance::None;

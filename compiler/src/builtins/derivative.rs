@@ -1,7 +1,7 @@
-//! Which built-ins have derivatives, and which take those of their arguments.
+//! Which built-ins have derivatives, and which are operators on derivatives.
 //!
 //! In: a row's name. Out: what `passes::derivatives` does with a call of it. The formulas themselves are IR and live in that
-//! pass; a test there holds that every row of floats or triples is listed here.
+//! pass; compiler/tests/derivatives.rs holds that every row of floats or triples is listed here.
 //!
 //! Where the reference implementation gives zero derivatives (its floor, step, cell noise, spectra...), so do we.
 
@@ -12,16 +12,6 @@ pub enum Derivative {
     Zero,
     /// By the formula of that name in `passes::derivatives`.
     Rule,
-}
-
-/// What a call does with derivatives of its arguments.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Taker {
-    /// It is an operator on derivatives (`Dx`): the pass puts values in its place. It reads those of its first argument.
-    Operator,
-    /// It becomes a call of another row, which takes the derivatives of these arguments behind its other arguments: by x, then
-    /// by y, for each.
-    Appended(&'static str, &'static [usize]),
 }
 
 /// Rows with results of floats or triples whose derivatives are zero.
@@ -40,18 +30,17 @@ const ZERO: &[&str] = &[
     "determinant",
     "noise_cell",
     "noise_hash",
-    // As in the reference implementation.
+    "pnoise_cell",
+    "pnoise_hash",
+    "unknown_name",
+    "surfacearea",
+    "splineinverse_constant",
     "environment_lookup",
     "texture_ds",
     "texture_dt",
     "texture3d_ds",
     "texture3d_dt",
     "texture3d_dr",
-    "pnoise_cell",
-    "pnoise_hash",
-    "unknown_name",
-    "surfacearea",
-    "splineinverse_constant",
     "spline_catmullrom_slope",
     "spline_bezier_slope",
     "spline_bspline_slope",
@@ -67,8 +56,6 @@ const ZERO: &[&str] = &[
 
 /// Rows with formulas in `passes::derivatives`.
 const RULES: &[&str] = &[
-    "texture_lookup",
-    "texture3d_lookup",
     "radians",
     "degrees",
     "sin",
@@ -141,6 +128,8 @@ const RULES: &[&str] = &[
     "pnoise_gabor",
     "pnoise_perlin",
     "pnoise_uperlin",
+    "texture_lookup",
+    "texture3d_lookup",
     "spline_catmullrom",
     "spline_bezier",
     "spline_bspline",
@@ -154,21 +143,16 @@ const RULES: &[&str] = &[
     "splineinverse_linear",
 ];
 
-const TAKERS: &[(&str, Taker)] = &[
-    ("Dx", Taker::Operator),
-    ("Dy", Taker::Operator),
-    ("Dz", Taker::Operator),
-    ("filterwidth", Taker::Operator),
-    ("area", Taker::Operator),
-    ("calculatenormal", Taker::Operator),
-];
+/// Operators on the derivatives of their first argument: the pass puts values in their places. Whatever else wants
+/// derivatives, as texture lookups do, takes results of these.
+const OPERATORS: &[&str] = &["Dx", "Dy", "Dz", "filterwidth", "area", "calculatenormal"];
 
 /// The derivative of the row's results; `None` when the row is not listed.
 pub fn of(name: &str) -> Option<Derivative> {
     if RULES.contains(&name) { Some(Derivative::Rule) } else { ZERO.contains(&name).then_some(Derivative::Zero) }
 }
 
-/// What the row does with derivatives of its arguments; `None` for most.
-pub fn taker(name: &str) -> Option<Taker> {
-    TAKERS.iter().find(|t| t.0 == name).map(|t| t.1)
+/// Whether the row is an operator on derivatives.
+pub fn is_operator(name: &str) -> bool {
+    OPERATORS.contains(&name)
 }

@@ -233,6 +233,14 @@ fn tell(sources: &SourceMap, nowarn: &Silenced, list: Vec<Diagnostic>) -> Vec<Di
                 d = d.label(span, INCLUDED);
             }
         }
+        if let Some((file, line)) = d.labels.first().and_then(|l| sources.origin(l.span)) {
+            let origin = format!("it comes from {file}:{line}");
+            d.help = Some(match d.help.take() {
+                Some(help) if help.contains(&origin) => help,
+                Some(help) => format!("{help}; {origin}"),
+                None => origin,
+            });
+        }
         out.push(d);
     }
     out
@@ -296,6 +304,11 @@ enum Target {
     Oso,
 }
 
+/// Whether a label points into the functions that stand before sources compiled to `.oso`.
+fn in_prelude(sources: &SourceMap, label: &diag::Label) -> bool {
+    sources.file(label.span.file).name.trim_matches(['<', '>']) == OSO_FUNCTIONS
+}
+
 fn checked(
     source: &str,
     options: &Options,
@@ -311,7 +324,8 @@ fn checked(
         .map_err(|list| tell(sources, &Silenced::new(), list))?;
     let mut checked = match tree(&pre) {
         Ok(checked) => checked,
-        Err(found) => {
+        Err(mut found) => {
+            found.retain(|d| d.is_error() || !d.labels.iter().any(|l| in_prelude(sources, l)));
             // What was said before belongs to the errors too.
             let mut all = tell(sources, &Silenced::new(), pre.warnings);
             all.extend(tell(sources, &pre.nowarn, found));
@@ -319,8 +333,7 @@ fn checked(
         }
     };
     // That functions of the prelude hide the built-ins, or the user's hide them, is as it should be.
-    let prelude = |l: &diag::Label| sources.file(l.span.file).name.trim_matches(['<', '>']) == OSO_FUNCTIONS;
-    checked.warnings.retain(|d| !d.labels.iter().any(prelude));
+    checked.warnings.retain(|d| !d.labels.iter().any(|l| in_prelude(sources, l)));
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
     warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));

@@ -106,8 +106,12 @@ pub fn query_shader(source: &str, options: &Options, includes: &(dyn Includes + 
 pub(super) fn front(source: &str, options: &Options, sources: &mut SourceMap) -> Front {
     let file = sources.add(&*options.file_name, source);
     let module = parse::parse(source, file)?;
-    let checked = read::read(&module)?;
-    let shader = lower::lower_for(&checked, &super::settings(options))?;
+    let names: Vec<Arc<str>> = module.files.iter().map(|f| Arc::from(f.as_str())).collect();
+    let origin = |op: &oso::Op| op.at.and_then(|(f, line)| Some((op.span.start, names.get(f as usize)?.clone(), line)));
+    sources.set_origins(file, module.ops.iter().filter_map(origin).collect());
+    let told = |list| tell(sources, &Silenced::new(), list);
+    let checked = read::read(&module).map_err(told)?;
+    let shader = lower::lower_for(&checked, &super::settings(options)).map_err(told)?;
     Ok((shader, checked.info, Vec::new(), Silenced::new()))
 }
 

@@ -148,9 +148,22 @@ impl Global {
         }
     }
 
+    /// The global that it is a derivative of; itself when it is none.
+    pub fn base(self) -> Global {
+        use Global::*;
+        match self {
+            DPdx | DPdy => P,
+            DIdx | DIdy => I,
+            DPsdx | DPsdy => Ps,
+            DUdx | DUdy => U,
+            DVdx | DVdy => V,
+            other => other,
+        }
+    }
+
     /// Whether it is a derivative of another.
     pub fn is_derivative(self) -> bool {
-        self > Global::Ci
+        self.base() != self
     }
 }
 

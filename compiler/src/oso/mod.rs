@@ -29,6 +29,9 @@ use crate::types::{Base, Extent};
 /// The section of the shader's own code.
 pub const MAIN: &str = "___main___";
 
+/// Most operations of a module. Inlining multiplies code: a file that grows beyond this would take minutes to compile.
+pub const MAX_OPS: usize = 250_000;
+
 /// How every `.oso` file starts.
 pub const MAGIC: &str = "OpenShadingLanguage";
 

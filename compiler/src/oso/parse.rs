@@ -4,13 +4,15 @@
 //! It must not know what operations mean.
 
 use super::number::unescape;
-use super::{Access, Element, Hint, HintArg, Literal, MAGIC, MAIN, Module, Op, SymId, SymType, Symbol, SymbolKind};
+use super::{
+    Access, Element, Hint, HintArg, Literal, MAGIC, MAIN, MAX_OPS, Module, Op, SymId, SymType, Symbol, SymbolKind,
+};
 use crate::diag::Diagnostic;
 use crate::source::{FileId, Span};
 use crate::types::{Base, Extent};
 use std::collections::HashMap;
 
-/// Most symbols, operations and array elements: more is taken for a mistake.
+/// Most symbols and array elements: more is taken for a mistake.
 const MAX_ITEMS: usize = 4_000_000;
 
 /// Reads a file; `file` is its handle in a source map, for the errors.
@@ -89,11 +91,9 @@ impl Parser {
         if let State::Version = self.state {
             return self.version(bare, span);
         }
-        if let Some(word) = bare.strip_prefix("%preprocessed_source") {
-            if word.is_empty() {
-                self.state = State::Ended;
-                return;
-            }
+        if bare == "%preprocessed_source" {
+            self.state = State::Ended;
+            return;
         }
         let tokens = match tokens(line, span) {
             Ok(tokens) => tokens,
@@ -102,7 +102,7 @@ impl Parser {
         match self.state {
             State::Shader => self.shader(tokens, span),
             State::Symbols | State::Code => match tokens.first() {
-                Some(Token::Word(w)) if w == "code" && !line.starts_with(['\t', ' ']) => self.section(&tokens, span),
+                Some(Token::Word(w)) if w == "code" => self.section(&tokens, span),
                 _ if matches!(self.state, State::Symbols) => self.symbol(tokens, span),
                 _ => self.operation(tokens, span),
             },
@@ -253,8 +253,8 @@ impl Parser {
         if op.access.len() != op.args.len() {
             op.access.clear();
         }
-        if self.module.ops.len() >= MAX_ITEMS {
-            return self.error(span, "too many operations");
+        if self.module.ops.len() >= MAX_OPS {
+            return self.error(span, format!("more than {MAX_OPS} operations"));
         }
         self.module.ops.push(op);
     }

@@ -5,16 +5,13 @@
 //! operations on symbols. Where things live stands in `write_symbols`, expressions in `write_expr`, calls in `write_call`.
 
 use super::write_symbols::{Home, Place};
-use super::{Access, MAIN, Module, Op, SymId, SymbolKind};
+use super::{Access, MAIN, MAX_OPS, Module, Op, SymId, SymbolKind};
 use crate::check::Checked;
 use crate::check::typed::{Expr, ExprKind, Shader, Stmt, VarId};
 use crate::diag::Diagnostic;
 use crate::source::{SourceMap, Span};
 use crate::types::Type;
 use std::collections::{HashMap, HashSet};
-
-/// Most operations of a module: inlining multiplies code, and this bounds it.
-const MAX_OPS: usize = 1_000_000;
 
 /// Writes a checked shader. `comments` stand behind the version line.
 pub fn write(checked: &Checked, sources: &SourceMap, comments: Vec<String>) -> Result<Module, Vec<Diagnostic>> {
@@ -43,8 +40,8 @@ pub fn write(checked: &Checked, sources: &SourceMap, comments: Vec<String>) -> R
     for (param, info) in shader.params.iter().zip(&checked.info.params) {
         writer.param(param, info);
     }
-    for (param, info) in shader.params.iter().zip(&checked.info.params) {
-        writer.param_default(param, info);
+    for param in &shader.params {
+        writer.param_default(param);
     }
     writer.section(MAIN);
     writer.frames.push(Frame { result: None, nesting: 0, function: false });
@@ -112,11 +109,6 @@ impl Writer<'_> {
     }
 
     pub fn op_with(&mut self, name: &str, access: Vec<Access>, args: Vec<SymId>) -> usize {
-        if self.module.ops.len() == MAX_OPS {
-            let span = Span { file: crate::source::FileId(0), start: 0, end: 0 };
-            let message = format!("the shader grows beyond {MAX_OPS} operations once its functions are inlined");
-            self.error(Diagnostic::error("E5003", span, message).help("call large functions in fewer places"));
-        }
         if self.module.ops.len() < MAX_OPS {
             let section = self.module.sections.len().max(1) as u32 - 1;
             let span = Span { file: crate::source::FileId(0), start: 0, end: 0 };
@@ -274,11 +266,24 @@ impl Writer<'_> {
     }
 
     fn finish(mut self) -> Result<Module, Vec<Diagnostic>> {
+        if self.too_large() {
+            let at = self.tree.body.iter().find_map(first_span).or(self.tree.vars.last().map(|v| v.span));
+            let span = at.unwrap_or(Span { file: crate::source::FileId(0), start: 0, end: 0 });
+            let message = format!("the shader grows beyond {MAX_OPS} operations once its functions are inlined");
+            self.error(Diagnostic::error("E5003", span, message).help("call large functions in fewer places"));
+        }
         if !self.errors.is_empty() {
             return Err(self.errors);
         }
         self.drop_unused();
         self.mark_uses();
         Ok(self.module)
+    }
+}
+
+fn first_span(stmt: &Stmt) -> Option<Span> {
+    match stmt {
+        Stmt::Expr(e) | Stmt::If(e, ..) => Some(e.span),
+        _ => None,
     }
 }

@@ -289,7 +289,7 @@ impl Writer<'_> {
         match (&inner.kind, to.base) {
             (ExprKind::Int(v), Base::Float) => return self.float(f64::from(*v)),
             (ExprKind::Int(v), Base::Matrix) => {
-                return self.assigned(inner.ty, to, Literal::Float(f64::from(*v)), wanted);
+                return self.assigned(to, f64::from(*v), wanted);
             }
             (ExprKind::Int(v), b) if b.is_triple() => {
                 return self.constant(to, vec![Literal::Float(f64::from(*v)); 3]);
@@ -320,8 +320,9 @@ impl Writer<'_> {
         id
     }
 
-    fn assigned(&mut self, _from: Type, to: Type, value: Literal, wanted: Option<SymId>) -> SymId {
-        let value = self.constant(Type::FLOAT, vec![value]);
+    /// A number as a value of a wider type.
+    fn assigned(&mut self, to: Type, value: f64, wanted: Option<SymId>) -> SymId {
+        let value = self.float(value);
         let id = self.target(wanted, to);
         self.op("assign", "wr", &[id, value]);
         id
@@ -504,11 +505,11 @@ fn has_effect(e: &Expr) -> bool {
         match &e.kind {
             ExprKind::Assign(..) | ExprKind::AssignOp(..) | ExprKind::IncDec(..) => return true,
             ExprKind::Call(Callee::User(_), _) => return true,
-            ExprKind::Call(Callee::Builtin { outputs, formals, .. }, args) => {
-                // What follows the formals may be written too.
-                if outputs.contains(&true) || args.len() > formals.len() {
-                    return true;
-                }
+            // What follows the formals may be written too.
+            ExprKind::Call(Callee::Builtin { outputs, formals, .. }, args)
+                if outputs.contains(&true) || args.len() > formals.len() =>
+            {
+                return true;
             }
             _ => {}
         }

@@ -68,7 +68,7 @@ pub fn optimise(
 ///
 /// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, cases, fold,
 /// prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
-/// are returned.
+/// are returned; last the derivatives, of what is still used, and fold and prune again where there are any.
 pub fn optimise_with(
     shader: &mut Shader,
     bindings: &[(String, Const)],

@@ -117,7 +117,7 @@ fn details(shader: &Shader, func: builtins::FuncId, args: &[Arg], ty: Ty) -> (Ve
         _ => None,
     };
     let interps = match constant(at) {
-        Some(mode) => vec![INTERPS[(mode / MODE_INTERP & 3) as usize]],
+        Some(mode) => vec![INTERPS[((mode / MODE_INTERP) & 3) as usize]],
         None => INTERPS.to_vec(),
     };
     let width = if ty == Ty::Triple { 3 } else { 1 };

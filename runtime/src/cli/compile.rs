@@ -153,6 +153,9 @@ fn standalone(artifact: &Artifact) -> Result<String, assemble::Error> {
     for lobe in &artifact.lobes {
         let _ = writeln!(head, "#define HAS_LOBE_{}", lobe.to_uppercase());
     }
+    if artifact.state.derivatives {
+        head.push_str("#define HAS_DERIVATIVES\n");
+    }
     if !artifact.sites.is_empty() {
         head.push_str("#define HAS_MESSAGES\n");
     }

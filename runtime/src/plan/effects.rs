@@ -49,6 +49,7 @@ effects! {
     Normals: "normals", "interpolated shading normals";
     Uvs: "uvs", "texture coordinates";
     Tangents: "tangents", "dPdu and dPdv";
+    Derivatives: "derivatives", "footprints of pixels: Dx(), filterwidth(), filtered textures";
     SurfaceArea: "surface_area", "surfacearea()";
     ObjectSpace: "object_space", "object and shader space";
     CameraSpace: "camera_space", "camera space";
@@ -176,6 +177,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         }
         let state = &artifact.state;
         let asks = [
+            (state.derivatives, Derivatives),
             (state.surface_area, SurfaceArea),
             (state.object_space, ObjectSpace),
             (state.camera_space, CameraSpace),
@@ -232,6 +234,9 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
         // Without surfaces nothing is gained by a second way to the same picture.
         Radiance::Constant(_) if !scene.instances.is_empty() => ask(Environment, who),
         Radiance::Constant(_) | Radiance::Varying => {
+            if code.state.derivatives {
+                ask(Derivatives, who.clone());
+            }
             if code.state.camera_space {
                 ask(CameraSpace, who.clone());
             }

@@ -71,6 +71,8 @@ const REALS: &[Field] = &[
     field("shadow_d", 3, DIRECT),
     field("shadow_t", 1, DIRECT),
     field("shadow_L", 3, DIRECT),
+    field("cone_width", 1, &[Derivatives]),
+    field("cone_spread", 1, &[Derivatives]),
     field("light_u", 1, &[VaryingLights]),
     field("light_v", 1, &[VaryingLights]),
 ];

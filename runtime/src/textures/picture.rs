@@ -20,7 +20,7 @@ pub enum Texels {
 
 impl Texels {
     /// How many numbers there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         match self {
             Texels::U8(v) => v.len(),
             Texels::U16(v) => v.len(),

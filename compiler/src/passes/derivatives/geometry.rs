@@ -251,7 +251,7 @@ impl Rewriter {
         let sector = self.plain("floor", &[h.v], Ty::Float);
         let f = self.sub(h, Dual { v: sector, d: None });
         let one = self.number(1.0);
-        let mut less = |r: &mut Self, part: Dual| {
+        let less = |r: &mut Self, part: Dual| {
             let product = r.mul(s, part);
             let rest = r.sub(one, product);
             r.mul(v, rest)
@@ -313,7 +313,7 @@ impl Rewriter {
         let s = self.pick(positive, saturation, zero);
         let red = self.binary(BinaryOp::Ge, r.v, high.v);
         let green = self.binary(BinaryOp::Ge, g.v, high.v);
-        let mut sixth = |this: &mut Self, a: Dual, b: Dual, base: f64| {
+        let sixth = |this: &mut Self, a: Dual, b: Dual, base: f64| {
             let difference = this.sub(a, b);
             let part = this.div(difference, range);
             this.linear(part, 1.0 / 6.0, base / 6.0)

@@ -13,12 +13,10 @@ mod geometry;
 mod pattern;
 mod reach;
 mod rules;
-#[cfg(test)]
-mod tests;
 
 use crate::builtins::{
     self, FuncId,
-    derivative::{self, Derivative, Taker},
+    derivative::{self, Derivative},
 };
 use crate::ir::{
     Arg, BinaryOp, Block, Const, Inst, Local, LocalId, LocalKind, Loop, Shader, Stmt, Ty, UnaryOp, Value, ValueId,
@@ -211,21 +209,16 @@ impl Rewriter {
         let Value { mut inst, ty, span } = self.old[old.0 as usize].clone();
         self.span = Some(span);
         inst.operands_mut(&mut |v| *v = self.new(*v));
-        if let Inst::Call(func, args) = &mut inst {
-            match derivative::taker(builtins::row(*func).name) {
-                Some(Taker::Operator) => {
-                    let name = builtins::row(*func).name;
-                    let operand = match args.first() {
-                        Some(Arg::Value(v)) => self.dual(*v),
-                        _ => self.constant(0.0, ty),
-                    };
-                    let value = self.operator(name, operand, ty);
-                    self.map.insert(old, value);
-                    return;
-                }
-                Some(Taker::Appended(target, which)) => self.append(func, args, target, which),
-                None => {}
-            }
+        if let Inst::Call(func, args) = &inst
+            && derivative::is_operator(builtins::row(*func).name)
+        {
+            let operand = match args.first() {
+                Some(Arg::Value(v)) => self.dual(*v),
+                _ => self.constant(0.0, ty),
+            };
+            let value = self.operator(builtins::row(*func).name, operand, ty);
+            self.map.insert(old, value);
+            return;
         }
         let id = self.value(inst.clone(), ty);
         self.map.insert(old, id);
@@ -234,18 +227,6 @@ impl Rewriter {
             self.map.insert(old, v);
             if let Some(d) = d {
                 self.slopes.insert(v, d);
-            }
-        }
-    }
-
-    /// Turns a call into one of a row that takes derivatives.
-    fn append(&mut self, func: &mut FuncId, args: &mut Vec<Arg>, target: &'static str, which: &'static [usize]) {
-        let Some(id) = builtins::find(target) else { return };
-        *func = id;
-        for i in which {
-            if let Some(Arg::Value(v)) = args.get(*i).copied() {
-                let d = self.slope_or_zero(self.dual(v).d, self.ty(v));
-                args.extend(d.map(Arg::Value));
             }
         }
     }
@@ -330,7 +311,7 @@ impl Rewriter {
     /// A call with outputs: their companions follow it.
     fn call(&mut self, func: FuncId, args: &[Arg], outputs: &[LocalId], result: Option<LocalId>, span: Span) {
         self.span = Some(span);
-        let mut args: Vec<Arg> = args
+        let args: Vec<Arg> = args
             .iter()
             .map(|a| match a {
                 Arg::Value(v) => Arg::Value(self.new(*v)),
@@ -339,10 +320,6 @@ impl Rewriter {
             .collect();
         let name = builtins::row(func).name;
         let operands = self.operands(&args);
-        let mut func = func;
-        if let Some(Taker::Appended(target, which)) = derivative::taker(name) {
-            self.append(&mut func, &mut args, target, which);
-        }
         self.out.push(Stmt::Call { func, args, outputs: outputs.to_vec(), result, span });
         let ruled = derivative::of(name) == Some(Derivative::Rule);
         let slopes = if ruled { self.output_rule(name, &operands) } else { Vec::new() };

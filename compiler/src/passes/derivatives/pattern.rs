@@ -45,7 +45,7 @@ impl Rewriter {
         let width = self.sub(high, low);
         let eps = self.div(eps, width);
         // A parabola of half-width eps joins the flat part and the slope.
-        let mut ramp = |r: &mut Self, x: Dual| {
+        let ramp = |r: &mut Self, x: Dual| {
             let square = r.mul(x, x);
             let half = r.linear(square, 0.25, 0.0);
             r.div(half, eps).d

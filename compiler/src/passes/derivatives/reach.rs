@@ -6,7 +6,7 @@
 
 use crate::builtins::{
     self,
-    derivative::{self, Derivative, Taker},
+    derivative::{self, Derivative},
 };
 use crate::ir::{Arg, BinaryOp, Global, Inst, LocalId, LocalKind, Shader, Stmt, Ty, UnaryOp, ValueId};
 
@@ -110,16 +110,9 @@ impl Graph<'_> {
 
     /// Notes the arguments whose derivatives the call reads.
     fn call(&mut self, func: builtins::FuncId, args: &[Arg]) {
-        match derivative::taker(builtins::row(func).name) {
-            None => {}
-            Some(Taker::Operator) => {
-                self.used = true;
-                args.iter().take(1).for_each(|a| self.root(a));
-            }
-            Some(Taker::Appended(_, which)) => {
-                self.used = true;
-                which.iter().filter_map(|i| args.get(*i)).for_each(|a| self.root(a));
-            }
+        if derivative::is_operator(builtins::row(func).name) {
+            self.used = true;
+            args.iter().take(1).for_each(|a| self.root(a));
         }
     }
 

@@ -50,50 +50,52 @@ impl Rewriter {
             {
                 self.spline(name, v, *x, Some(count.v), *knots)
             }
+            ("texture3d_lookup", [_, Operand::Number(p), ..]) => {
+                let slopes = ["texture3d_ds", "texture3d_dt", "texture3d_dr"].map(|r| self.also(r, v, &numbers));
+                let parts = [0, 1, 2].map(|i| (slopes[i], self.component(*p, i as i32)));
+                self.by_coordinates(&parts)
+            }
             (name, _) if name.starts_with("noise_") || name.starts_with("pnoise_") => self.noise(name, v, &numbers),
             _ => self.geometric(name, v, &numbers),
         };
         Dual { v, d }
     }
 
-    /// The derivatives of a texture lookup: those of the texture by its coordinates, times the coordinates' as the lookup's
-    /// filter has them, be they the shader's or given. `None`: it is no such lookup.
+    /// The derivatives of a plane texture's lookup: those of the texture by s and t, times those of s and t that the filter
+    /// has, be they the shader's or given. `None`: it is no such lookup.
     fn texture(&mut self, name: &str, v: ValueId, args: &[Operand]) -> Option<Slope> {
-        let mut values = Vec::with_capacity(args.len());
-        for arg in args {
-            let Operand::Number(x) = arg else { return None };
-            values.push(*x);
+        if name != "texture_lookup" {
+            return None;
         }
-        let plain: Vec<ValueId> = values.iter().map(|x| x.v).collect();
-        let ty = self.ty(v);
-        match (name, values.as_slice()) {
-            ("texture_lookup", [_, _, _, dsdx, dtdx, dsdy, dtdy, ..]) => {
-                let (ds, dt) = (self.plain("texture_ds", &plain, ty), self.plain("texture_dt", &plain, ty));
-                let along = |r: &mut Self, s: Dual, t: Dual| {
-                    let (s, t) = (r.splat(s, ty).v, r.splat(t, ty).v);
-                    let (s, t) = (r.binary(BinaryOp::Mul, ds, s), r.binary(BinaryOp::Mul, dt, t));
-                    r.binary(BinaryOp::Add, s, t)
-                };
-                let slope = |x: Dual| Dual { v: x.v, d: None };
-                Some(Some([along(self, slope(*dsdx), slope(*dtdx)), along(self, slope(*dsdy), slope(*dtdy))]))
-            }
-            ("texture3d_lookup", [_, p, ..]) => {
-                let Some(d) = p.d else { return Some(None) };
-                let by = ["texture3d_ds", "texture3d_dt", "texture3d_dr"].map(|row| self.plain(row, &plain, ty));
-                Some(Some(d.map(|d| {
-                    let mut sum = None;
-                    for (k, by) in by.iter().enumerate() {
-                        let index = self.int(k as i32);
-                        let part = self.value(Inst::Component(d, index), crate::ir::Ty::Float);
-                        let part = self.splat(Dual { v: part, d: None }, ty).v;
-                        let part = self.binary(BinaryOp::Mul, *by, part);
-                        sum = Some(sum.map_or(part, |sum| self.binary(BinaryOp::Add, sum, part)));
-                    }
-                    sum.unwrap_or(d)
-                })))
-            }
-            _ => None,
+        let numbers: Vec<Dual> = args
+            .iter()
+            .filter_map(|a| match a {
+                Operand::Number(x) => Some(*x),
+                Operand::Array(_) => None,
+            })
+            .collect();
+        let [_, _, _, dsdx, dtdx, dsdy, dtdy, ..] = numbers.as_slice() else { return None };
+        let (ds, dt) = (self.also("texture_ds", v, &numbers), self.also("texture_dt", v, &numbers));
+        let s = Dual { v: dsdx.v, d: Some([dsdx.v, dsdy.v]) };
+        let t = Dual { v: dtdx.v, d: Some([dtdx.v, dtdy.v]) };
+        Some(self.by_coordinates(&[(ds, s), (dt, t)]))
+    }
+
+    /// A row with the arguments and the type of another.
+    fn also(&mut self, row: &str, v: ValueId, args: &[Dual]) -> ValueId {
+        let values: Vec<ValueId> = args.iter().map(|a| a.v).collect();
+        self.plain(row, &values, self.ty(v))
+    }
+
+    /// The sum of slopes by floats times the floats' derivatives.
+    fn by_coordinates(&mut self, parts: &[(ValueId, Dual)]) -> Slope {
+        let mut sum = None;
+        for (slope, x) in parts {
+            let x = self.splat(*x, self.ty(*slope));
+            let d = self.scale(*slope, x.d);
+            sum = self.add_slopes(sum, d);
         }
+        sum
     }
 
     /// The derivatives of the outputs of a call, in order.

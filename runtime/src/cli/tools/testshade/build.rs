@@ -6,7 +6,7 @@ use super::super::super::args::SourceArgs;
 use super::super::super::sources::{self, Folders};
 use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
-use oslcl_compiler::{Binding, Bound, ColorSystem, Connection, Group, Hints, Layer, Master, Options};
+use oslcl_compiler::{Bound, ColorSystem, Connection, Group, Hints, Layer, Master, Options, ParseError};
 use oslcl_runtime::{grid, shader_file};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -104,7 +104,10 @@ pub fn build(args: &Args, shaders: &Shaders) -> Result<Built, Error> {
                 later.push((layer.clone(), value.clone()));
                 continue;
             }
-            Setup::Group(_) => return Err(usage("option `-group` is not supported yet".to_owned())),
+            Setup::Group(text) => {
+                group = from_text(&group.name, text, args, shaders)?;
+                continue;
+            }
             Setup::Shader(name, layer) => (name.clone(), layer.clone(), shaders.get(name)?),
             Setup::Expression(code) => {
                 let name = format!("expr_{expressions}");
@@ -146,30 +149,17 @@ fn expression(name: &str, code: &str) -> String {
     )
 }
 
-/// The group as text that reads back as the same group (OSL specification ch. 9).
-pub fn text(group: &Group) -> String {
-    let mut out = String::new();
-    for layer in &group.layers {
-        let info = layer.master.info();
-        for bound in &layer.bindings {
-            let ty = info.params.iter().find(|p| p.name == bound.name).map_or("float", |p| p.ty.as_str());
-            out.push_str(&format!("param {ty} {} {} ;\n", bound.name, value_text(&bound.value)));
-        }
-        out.push_str(&format!("shader {} {} ;\n", info.name, layer.name));
+/// A whole group: its text, or the file that holds it.
+fn from_text(name: &str, text: &str, args: &Args, shaders: &Shaders) -> Result<Group, Error> {
+    let (text, place) = match std::fs::read_to_string(text) {
+        Ok(read) => (read, text.to_owned()),
+        Err(_) => (text.to_owned(), "shader group".to_owned()),
+    };
+    if args.verbose {
+        super::terminal::print(&format!("Processing group specification:\n---\n{text}\n---\n"))?;
     }
-    for c in &group.connections {
-        out.push_str(&format!("connect {}.{} {}.{} ;\n", c.from_layer, c.from, c.to_layer, c.to));
-    }
-    out
-}
-
-fn value_text(value: &Binding) -> String {
-    let numbers = |list: &[f64]| list.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
-    match value {
-        Binding::Int(v) => v.to_string(),
-        Binding::Float(v) => v.to_string(),
-        Binding::Str(s) => format!("{s:?}"),
-        Binding::Floats(list) => numbers(list),
-        Binding::Strs(list) => list.iter().map(|s| format!("{s:?}")).collect::<Vec<_>>().join(" "),
-    }
+    Group::parse(name, &text, &mut |name| shaders.get(name)).map_err(|e| match e {
+        ParseError::Text(e) => Error::Usage(format!("{place}:{e}")),
+        ParseError::Shader { cause, .. } => cause,
+    })
 }

@@ -1,15 +1,16 @@
-use super::derivatives;
-use crate::builtins::{self, Lowering, TABLE, derivative, sig};
-use crate::check;
-use crate::ir::{Shader, print, verify};
-use crate::source::SourceMap;
-use crate::types::Base;
-use crate::{lower, parse, passes, preprocess};
+//! The pass of derivatives: what has companions and what has none, and that no row of the table is forgotten.
+
+use oslcl_compiler::builtins::{self, Lowering, TABLE, derivative, sig};
+use oslcl_compiler::ir::{Shader, print, verify};
+use oslcl_compiler::passes::{self, derivatives};
+use oslcl_compiler::source::SourceMap;
+use oslcl_compiler::types::Base;
+use oslcl_compiler::{NoIncludes, check, lower, parse, preprocess};
 
 fn shader(source: &str) -> Shader {
     let mut sources = SourceMap::default();
     let options = preprocess::Options::default();
-    let pre = preprocess::preprocess("test.osl", source, &options, &crate::NoIncludes, &mut sources)
+    let pre = preprocess::preprocess("test.osl", source, &options, &NoIncludes, &mut sources)
         .unwrap_or_else(|e| panic!("{e:?}"));
     let file = parse::parse(&pre).unwrap_or_else(|e| panic!("{e:?}"));
     let checked = check::check(&file).unwrap_or_else(|e| panic!("{e:?}"));
