@@ -160,6 +160,24 @@ fn the_commands_take_oso() {
     }
 }
 
+/// A scene's shader may be a file beside it: by its whole name, or without an ending.
+#[test]
+fn scenes_take_oso() {
+    let at = folder("scenes");
+    chalk(&at);
+    assert_eq!(oslcl(&at, &["oslc", "-q", "-Iheaders", "-DGAIN=2", "chalk.osl"]).code, Some(0));
+    fs::remove_file(at.join("chalk.osl")).expect("the source goes");
+    let head = "[camera]\norigin = [0, -4, 0]\ntarget = [0, 0, 0]\n\
+        [[meshes]]\nname = \"ball\"\nshape = \"sphere\"\nmaterial = \"m\"\n[materials.m]\n";
+    for line in ["shader = \"chalk.oso\"", "shader = \"chalk\"", "group = \"param float Kd 0.5; shader chalk layer1;\""]
+    {
+        fs::write(at.join("scene.toml"), format!("{head}{line}\n")).expect("a scene");
+        let plan = oslcl(&at, &["plan", "scene.toml"]);
+        assert_eq!(plan.code, Some(0), "{line}: {}", plan.err);
+        assert!(plan.out.contains("diffuse"), "{line}: {}", plan.out);
+    }
+}
+
 /// Many files at a time: what is said of each comes in the order of the files.
 #[test]
 fn many_files_are_compiled_in_their_order() {

@@ -30,6 +30,13 @@ const ZERO: &[&str] = &[
     "determinant",
     "noise_cell",
     "noise_hash",
+    // As in the reference implementation.
+    "environment_lookup",
+    "texture_ds",
+    "texture_dt",
+    "texture3d_ds",
+    "texture3d_dt",
+    "texture3d_dr",
     "pnoise_cell",
     "pnoise_hash",
     "unknown_name",

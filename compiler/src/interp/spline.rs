@@ -34,6 +34,9 @@ fn basis(name: &str) -> Option<(&'static Basis, usize)> {
     })
 }
 
+/// Of a basis, its step, a position and knots.
+type Curve = fn(&Basis, usize, f64, &[f64]) -> f64;
+
 fn segments(knots: usize, step: usize) -> usize {
     knots.saturating_sub(4) / step + 1
 }
@@ -111,7 +114,7 @@ pub(super) fn call(name: &str, args: &[Const]) -> Option<Const> {
         Some(kind) => (true, kind),
         None => (false, name.strip_prefix("spline_")?),
     };
-    let (kind, spline): (_, fn(&Basis, usize, f64, &[f64]) -> f64) = match kind.strip_suffix("_slope") {
+    let (kind, spline): (_, Curve) = match kind.strip_suffix("_slope") {
         Some(kind) => (kind, slope),
         None => (kind, spline),
     };

@@ -30,6 +30,8 @@ pub enum Depth {
     Half,
     /// 32-bit floats.
     Float,
+    /// 32-bit integers; EXR files get floats instead.
+    Int,
 }
 
 /// Writes a raster by the file's extension: .exr (float or half), .tif, .tiff or .png (8 bits, as they are).
@@ -87,7 +89,7 @@ fn encode_exr(raster: &Raster, depth: Depth) -> Result<Vec<u8>, String> {
         let values = raster.data.iter().skip(index).step_by(raster.channels);
         let samples = match depth {
             Depth::Half => FlatSamples::F16(values.map(|v| f16::from_f32(*v)).collect()),
-            Depth::U8 | Depth::Float => FlatSamples::F32(values.copied().collect()),
+            Depth::U8 | Depth::Float | Depth::Int => FlatSamples::F32(values.copied().collect()),
         };
         AnyChannel::new(channel_name(raster.channels, index).as_str(), samples)
     };
@@ -143,6 +145,13 @@ fn encode_tiff(raster: &Raster, depth: Depth) -> Result<Vec<u8>, String> {
             3 => encoder.write_image::<colortype::RGB8>(w, h, &samples),
             4 => encoder.write_image::<colortype::RGBA8>(w, h, &samples),
             n => return Err(format!("TIFF files of {n} channels are not supported yet: use .exr")),
+        }
+    } else if depth == Depth::Int {
+        let largest = f64::from(i32::MAX);
+        let samples: Vec<i32> = raster.data.iter().map(|v| (f64::from(*v) * largest).round() as i32).collect();
+        match raster.channels {
+            1 => encoder.write_image::<colortype::GrayI32>(w, h, &samples),
+            n => return Err(format!("TIFF files of {n} channels of integers are not supported yet: use .exr")),
         }
     } else {
         match raster.channels {

@@ -116,7 +116,7 @@ impl Rewriter {
     }
 
     /// The new value that stands for an old one.
-    fn new(&self, old: ValueId) -> ValueId {
+    fn renamed(&self, old: ValueId) -> ValueId {
         // Values are computed before they are used: the verifier saw to that.
         self.map.get(&old).copied().unwrap_or(old)
     }
@@ -137,14 +137,14 @@ impl Rewriter {
         match stmt {
             Stmt::Let(v) => self.define(*v),
             Stmt::Store(l, v) => {
-                let v = self.new(*v);
+                let v = self.renamed(*v);
                 self.out.push(Stmt::Store(*l, v));
                 for (to, d) in self.pairs(*l, v) {
                     self.out.push(Stmt::Store(to, d));
                 }
             }
             Stmt::StoreElem(l, i, v) => {
-                let (i, v) = (self.new(*i), self.new(*v));
+                let (i, v) = (self.renamed(*i), self.renamed(*v));
                 self.out.push(Stmt::StoreElem(*l, i, v));
                 for (to, d) in self.pairs(*l, v) {
                     self.out.push(Stmt::StoreElem(to, i, d));
@@ -161,7 +161,7 @@ impl Rewriter {
             }
             Stmt::Call { func, args, outputs, result, span } => self.call(*func, args, outputs, *result, *span),
             Stmt::If(cond, a, b) => {
-                let cond = self.new(*cond);
+                let cond = self.renamed(*cond);
                 let (a, b) = (self.block(a), self.block(b));
                 self.out.push(Stmt::If(cond, a, b));
             }
@@ -176,7 +176,7 @@ impl Rewriter {
                     body = self.block(&l.body);
                 }
                 let step = self.block(&l.step);
-                let cond = self.new(l.cond);
+                let cond = self.renamed(l.cond);
                 self.out.push(Stmt::Loop(Box::new(Loop { head, cond, tested_after: l.tested_after, body, step })));
             }
             Stmt::Break | Stmt::Continue => self.out.push(stmt.clone()),
@@ -208,7 +208,7 @@ impl Rewriter {
     fn define(&mut self, old: ValueId) {
         let Value { mut inst, ty, span } = self.old[old.0 as usize].clone();
         self.span = Some(span);
-        inst.operands_mut(&mut |v| *v = self.new(*v));
+        inst.operands_mut(&mut |v| *v = self.renamed(*v));
         if let Inst::Call(func, args) = &inst
             && derivative::is_operator(builtins::row(*func).name)
         {
@@ -314,7 +314,7 @@ impl Rewriter {
         let args: Vec<Arg> = args
             .iter()
             .map(|a| match a {
-                Arg::Value(v) => Arg::Value(self.new(*v)),
+                Arg::Value(v) => Arg::Value(self.renamed(*v)),
                 array => *array,
             })
             .collect();

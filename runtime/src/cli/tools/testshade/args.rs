@@ -21,8 +21,8 @@ pub struct Args {
     pub grid: [u32; 2],
     /// `-o`: variable and file; the file `null` is none.
     pub outputs: Vec<(String, String)>,
-    /// `-d`, `-od`
-    pub depth: Depth,
+    /// `-d`, `-od`; without it each output is stored as the type that it has.
+    pub depth: Option<Depth>,
     /// `--print`
     pub print: bool,
     /// `--groupname`
@@ -55,6 +55,8 @@ pub struct Args {
     pub userdata: Vec<Value>,
     /// `--userdata_isconnected`
     pub userdata_isconnected: bool,
+    /// `--debug`
+    pub debug: bool,
     /// `--device`
     pub device: Option<String>,
     /// `--host`
@@ -77,7 +79,7 @@ impl Default for Args {
             query: false,
             grid: [1, 1],
             outputs: Vec::new(),
-            depth: Depth::Float,
+            depth: None,
             print: false,
             group_name: None,
             archive: None,
@@ -94,6 +96,7 @@ impl Default for Args {
             colorspace: None,
             userdata: Vec::new(),
             userdata_isconnected: false,
+            debug: false,
             device: None,
             host: false,
             help: false,
@@ -178,6 +181,7 @@ const TABLE: &[Spec] = &[
     spec(&["host"], Takes::Nothing, "Run on the host, in double precision"),
     spec(&["runstats", "stats", "profile"], Takes::Nothing, "Print what took how long"),
     spec(&["oslquery"], Takes::Nothing, "Print the group and each shader's parameters"),
+    spec(&["debug"], Takes::Nothing, "Say which globals the compiled group reads"),
     spec(&["help", "h"], Takes::Nothing, "Print this help"),
     spec(&["version"], Takes::Nothing, "Print the version"),
     // Settings of the reference implementation's own machinery: there is nothing here that they could set.
@@ -187,7 +191,6 @@ const TABLE: &[Spec] = &[
             "O0",
             "O1",
             "O2",
-            "debug",
             "debug2",
             "debugnan",
             "debuguninit",
@@ -234,9 +237,9 @@ fn take(args: &mut Args, mut item: Item) -> Result<(), String> {
         "o" => args.outputs.push((first, item.values.remove(1))),
         "d" => {
             args.depth = match first.as_str() {
-                "uint8" => Depth::U8,
-                "half" => Depth::Half,
-                "float" => Depth::Float,
+                "uint8" => Some(Depth::U8),
+                "half" => Some(Depth::Half),
+                "float" => Some(Depth::Float),
                 other => return Err(format!("option `-d` takes uint8, half or float, not `{other}`")),
             }
         }
@@ -271,6 +274,7 @@ fn take(args: &mut Args, mut item: Item) -> Result<(), String> {
         "userdata" => args.userdata.push(value(&item.modifiers, &first, &item.values[1])),
         "userdata_isconnected" => args.userdata_isconnected = true,
         "inbuffer" => args.from_source = true,
+        "debug" => args.debug = true,
         "device" => args.device = Some(first),
         "host" => args.host = true,
         "runstats" => args.statistics = true,

@@ -13,7 +13,7 @@ use args::Args;
 use build::{Built, Shaders};
 use oslcl_compiler::{Artifact, Group, Options};
 use oslcl_runtime::device::Device;
-use oslcl_runtime::film::raster::{self, Raster};
+use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::shade::{self, Grid, Plane, Supplies};
 use oslcl_runtime::textures::{self, Library};
@@ -46,6 +46,14 @@ pub fn run(words: &[String]) -> Result<ExitCode, Error> {
     if !args.outputs.is_empty() {
         terminal::print("\n")?;
     }
+    if !args.entries.is_empty() {
+        let mut line = "Entry layers:".to_owned();
+        for entry in &args.entries {
+            let place = group.layers.iter().position(|l| l.name == *entry);
+            let _ = write!(line, " {entry}({})", place.map_or(-1, |i| i as i32));
+        }
+        terminal::print(&format!("{line}\n"))?;
+    }
     let outputs = outputs(&args, group)?;
     shade(&args, &built, &outputs)?;
     if args.outputs.is_empty() || matches!(args.outputs.as_slice(), [(_, file)] if file == "null") {
@@ -57,7 +65,9 @@ pub fn run(words: &[String]) -> Result<ExitCode, Error> {
 /// The group as text, and its layers; with `--oslquery` their parameters too.
 fn describe(args: &Args, group: &Group) -> String {
     let mut out = format!("Shader group:\n---\n{}\n---\n\n", group.text());
-    let name = args.group_name.clone().unwrap_or_else(|| "unnamed_group_1".to_owned());
+    // The reference's tool makes an empty group before it reads a whole one.
+    let number = if args.setup.iter().any(|s| matches!(s, args::Setup::Group(_))) { 2 } else { 1 };
+    let name = args.group_name.clone().unwrap_or_else(|| format!("unnamed_group_{number}"));
     let _ = writeln!(out, "Shader group \"{name}\" layers are:");
     for layer in &group.layers {
         let _ = writeln!(out, "    {}", layer.name);
@@ -110,6 +120,12 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
     };
     let output = built.group.instance(&options).map_err(|failure| report::report(&failure))?;
     report::show(&output.sources, &output.warnings);
+    if args.debug {
+        let artifact = &output.artifact;
+        let mut globals = artifact.globals.clone();
+        globals.extend(artifact.state.backfacing.then_some("backfacing"));
+        terminal::print(&format!("Need {} globals:  {}\n", globals.len(), globals.join(" ")))?;
+    }
     if outputs.is_empty() && output.artifact.sites.is_empty() {
         return Ok(());
     }
@@ -145,7 +161,9 @@ fn once(
         return Ok(());
     }
     for (plane, (_, file)) in planes.iter().zip(outputs).filter(|(_, (_, file))| file != "null") {
-        raster::write(Path::new(file), &picture(plane), args.depth)?;
+        let whole = plane.ty.starts_with("int");
+        let depth = args.depth.unwrap_or(if whole { Depth::Int } else { Depth::Float });
+        raster::write(Path::new(file), &picture(plane, depth), depth)?;
     }
     Ok(())
 }
@@ -199,12 +217,13 @@ fn values(planes: &[Plane]) -> String {
     out
 }
 
-/// An output as a picture.
-fn picture(plane: &Plane) -> Raster {
+/// An output as a picture; integers as parts of the largest one.
+fn picture(plane: &Plane, depth: Depth) -> Raster {
+    let largest = if depth == Depth::Int { f64::from(i32::MAX) } else { 1.0 };
     Raster {
         width: plane.grid.width as usize,
         height: plane.grid.height as usize,
         channels: plane.channels as usize,
-        data: plane.data.iter().map(|v| *v as f32).collect(),
+        data: plane.data.iter().map(|v| (*v / largest) as f32).collect(),
     }
 }
