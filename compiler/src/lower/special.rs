@@ -216,7 +216,7 @@ impl Lower<'_> {
         }
         let given = name.value;
         let result = self.temp(ty);
-        self.compare_names(given, choices, 0, result, span, &mut |l, choice| {
+        self.compare_names(given, choices, 0, span, &mut |l, choice| {
             let taken = match unknown {
                 Unknown::Silent => None,
                 Unknown::Refused => Some(""),
@@ -244,7 +244,6 @@ impl Lower<'_> {
         given: ValueId,
         choices: &[&str],
         i: usize,
-        result: crate::ir::LocalId,
         span: Span,
         choose: &mut dyn FnMut(&mut Self, Option<usize>),
     ) {
@@ -252,7 +251,7 @@ impl Lower<'_> {
         let text = self.constant(Const::Str((*choice).to_string()), span);
         let same = self.value(Inst::Binary(BinaryOp::Eq, given, text), Ty::Int, span);
         let then = self.in_block(|l| choose(l, Some(i)));
-        let rest = self.in_block(|l| l.compare_names(given, choices, i + 1, result, span, choose));
+        let rest = self.in_block(|l| l.compare_names(given, choices, i + 1, span, choose));
         self.push(Stmt::If(same, then, rest));
     }
 
