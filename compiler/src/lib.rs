@@ -49,7 +49,7 @@ pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
 pub use facade::{
     Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Oso, OsoOptions,
-    Output, Query, QueryParam, Values, check_only, compile, inspect, preprocessed, query_shader, to_oso,
+    Output, Query, QueryParam, Values, batch, check_only, compile, inspect, preprocessed, query_shader, to_oso,
 };
 pub use interp::{Globals, Space};
 pub use passes::TextureUse;

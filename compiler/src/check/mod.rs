@@ -9,8 +9,8 @@
 //! the like, `W2008` tokens that a closure does not know.
 
 mod call;
-pub(crate) mod constant;
 mod closure;
+pub(crate) mod constant;
 mod convert;
 mod decl;
 mod expr;

@@ -13,6 +13,7 @@ use oslcl_runtime::textures;
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Compiles each file; fails when one has errors. The outputs of a file that fails stay as they were.
 pub fn run(args: &CompileArgs) -> Result<(), Error> {
@@ -30,8 +31,8 @@ pub fn run(args: &CompileArgs) -> Result<(), Error> {
         }
     }
     let mut result = Ok(());
-    for path in &args.files {
-        match compile(path, args) {
+    for done in compile_all(args)? {
+        match done {
             Ok(text) => terminal::print(&text)?,
             Err(Error::Reported) => result = Err(Error::Reported),
             Err(Error::Usage(message)) => return Err(Error::Usage(message)),
@@ -42,6 +43,34 @@ pub fn run(args: &CompileArgs) -> Result<(), Error> {
         }
     }
     result
+}
+
+/// Compiles the files, as many at a time as there are processors; the results are in the order of the files.
+fn compile_all(args: &CompileArgs) -> Result<Vec<Result<String, Error>>, Error> {
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(args.files.len());
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        while let Some((at, path)) = {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            args.files.get(at).map(|path| (at, path))
+        } {
+            done.push((at, compile(path, args)));
+        }
+        done
+    };
+    let mut all = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(|| oslcl_compiler::batch(work))).collect();
+        let mut all = Vec::with_capacity(args.files.len());
+        for thread in threads {
+            // A panic in there is a defect of ours: it goes on here, with its own message.
+            let done = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            all.extend(done.map_err(|failure| report::report(&failure))?);
+        }
+        Ok::<_, Error>(all)
+    })?;
+    all.sort_by_key(|(at, _)| *at);
+    Ok(all.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Where the outputs go, without their endings.
