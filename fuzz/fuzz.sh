@@ -6,8 +6,7 @@ TARGETS="preprocessor parser checker whole_road"
 LIMITS="-dict=osl.dict -rss_limit_mb=1024 -timeout=10 -max_len=4096"
 
 build() {
-    RUSTC_BOOTSTRAP=1 RUSTFLAGS="${RUSTFLAGS:-} -Clink-arg=-static-libstdc++ -Clink-arg=-static-libgcc" \
-        cargo fuzz build --sanitizer none "$@"
+    RUSTC_BOOTSTRAP=1 cargo fuzz build --sanitizer none "$@"
 }
 
 binary() {

@@ -42,6 +42,13 @@ typedef struct {
     __global uint *records;  // where what the shader says goes (osl/records.h); 0: nobody listens
     uint point;              // the number of the point in those records
 #endif
+    // What the artifact lists as `userdata` and `interactive`, by its offsets: a real per slot, or an int in its first bytes.
+#ifdef HAS_USERDATA
+    const real *userdata;
+#endif
+#ifdef HAS_INTERACTIVE
+    __global const real *interactive;
+#endif
 #ifdef HAS_TEXTURES
     __global const uint *textures; // all texture files (osl/texture_data.h)
 #endif

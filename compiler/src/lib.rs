@@ -48,8 +48,9 @@ pub mod types;
 pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
 pub use facade::{
-    Binding, Bound, Connection, Entry, Failure, Group, Hints, Layer, Master, NoIncludes, Options, Oso, OsoOptions,
-    Output, Query, QueryParam, Values, batch, check_only, compile, inspect, preprocessed, query_shader, to_oso,
+    Binding, Bound, Connection, Entry, Failure, Group, Hints, HostRun, Layer, Lazy, Master, NoIncludes, Options, Oso,
+    OsoOptions, Output, ParseError, Query, QueryParam, TextError, Userdata, Values, batch, check_only, compile,
+    inspect, preprocessed, query_shader, to_oso,
 };
 pub use interp::{Globals, Space};
 pub use passes::TextureUse;

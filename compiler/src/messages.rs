@@ -38,7 +38,7 @@ pub struct Message {
 pub mod code {
     /// `printf`; its name is empty.
     pub const PRINT: i32 = 0;
-    /// `error`, with the shader's name.
+    /// `error`, with the shader's name; without one it is the renderer that speaks.
     pub const ERROR: i32 = 1;
     /// `warning`, with the shader's name.
     pub const WARNING: i32 = 2;
@@ -173,6 +173,8 @@ pub fn said(args: &[Const]) -> Option<(Kind, String)> {
         return Some((Kind::Error, "Mismatch between format string and arguments".to_owned()));
     };
     let text = match kind {
+        // The renderer's own words.
+        Kind::Error if name.is_empty() => text,
         Kind::Error => format!("Shader error [{name}]: {text}"),
         Kind::Warning => format!("Shader warning [{name}]: {text}"),
         _ => text,

@@ -3,7 +3,7 @@
 //! Made by [`crate::check`], carried by the artifact, written as JSON. Shapes: floats are numbers, triples arrays of 3,
 //! matrices arrays of 16 (row-major), arrays nest one level more.
 
-use crate::types::Type;
+use crate::types::{Traits, Type};
 use serde::Serialize;
 
 /// A constant of reflection.
@@ -78,4 +78,18 @@ pub struct ShaderInfo {
     pub metadata: Vec<Metadata>,
     /// Parameters in order.
     pub params: Vec<Param>,
+}
+
+/// What a parameter's metadata says that changes how it gets its value: whether that may vary (`lockgeom = 0`, `interpolated`,
+/// `interactive`), and the rest. `open`: it is an unsized array.
+pub(crate) fn hints(metadata: &[Metadata], open: bool) -> (bool, Traits) {
+    let int = |name: &str| {
+        metadata.iter().rev().find_map(|m| match m.value {
+            Some(Value::Int(v)) if m.name == name => Some(v),
+            _ => None,
+        })
+    };
+    let interactive = int("interactive").is_some_and(|v| v != 0);
+    let varying = interactive || int("lockgeom") == Some(0) || int("interpolated").is_some_and(|v| v != 0);
+    (varying, Traits { interactive, unconnectable: int("allowconnect") == Some(0), open })
 }

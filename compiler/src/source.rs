@@ -42,6 +42,8 @@ pub struct SourceFile {
     /// The `#include` that brought it in.
     pub included_at: Option<Span>,
     line_starts: Vec<u32>,
+    /// For compiled files: which file and line their bytes came from, ascending by the first byte.
+    origins: Vec<(u32, Arc<str>, u32)>,
 }
 
 /// A position for people: lines and columns count from 1, columns in characters.
@@ -68,7 +70,7 @@ impl SourceMap {
         let line_starts = std::iter::once(0)
             .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1))
             .collect();
-        self.files.push(SourceFile { name: name.into(), text, included_at: None, line_starts });
+        self.files.push(SourceFile { name: name.into(), text, included_at: None, line_starts, origins: Vec::new() });
         FileId(self.files.len() as u32 - 1)
     }
 
@@ -90,6 +92,18 @@ impl SourceMap {
             self.files.push(file);
         }
         by
+    }
+
+    /// Tells what file and line the bytes of a compiled file came from: a list that ascends by the first byte.
+    pub fn set_origins(&mut self, id: FileId, origins: Vec<(u32, Arc<str>, u32)>) {
+        self.files[id.0 as usize].origins = origins;
+    }
+
+    /// The file and line that a place in a compiled file came from.
+    pub fn origin(&self, span: Span) -> Option<(&str, u32)> {
+        let origins = &self.file(span.file).origins;
+        let (_, file, line) = &origins[origins.partition_point(|o| o.0 <= span.start).checked_sub(1)?];
+        (*line > 0).then_some((file, *line))
     }
 
     /// The `#include`s that lead to a place, innermost first.

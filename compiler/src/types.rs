@@ -96,3 +96,14 @@ impl Type {
         self.extent != Extent::Scalar
     }
 }
+
+/// What a parameter's declaration says beside its type and default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traits {
+    /// `[[ int interactive = 1 ]]`: can be changed without compiling again.
+    pub interactive: bool,
+    /// `[[ int allowconnect = 0 ]]`: no connection may set it.
+    pub unconnectable: bool,
+    /// An unsized array, whose length binding and connections give.
+    pub open: bool,
+}

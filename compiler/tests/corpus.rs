@@ -107,6 +107,7 @@ fn opencl_c() {
         "expr_",
         "fn_",
         "fold_",
+        "derivatives",
         "globals_",
         "issue_",
         "kind_",

@@ -61,9 +61,6 @@ static inline int osl_hash_value_i_i(int x) { return (int)hash_1((uint)x); }
 static inline int osl_hash_value_i_f(real x) { return (int)hash_1(hash_bits(x)); }
 static inline int osl_hash_value_i_ff(real x, real y) { return (int)hash_2(hash_bits(x), hash_bits(y)); }
 
-// A string is its hash already (docs/adr/0003).
-static inline int osl_hash_string_i_s(int id) { return id; }
-
 static inline int osl_hash_value_i_v(real3 p) {
     return (int)hash_3(hash_bits(p.x), hash_bits(p.y), hash_bits(p.z));
 }

@@ -31,6 +31,23 @@ static inline mat4 op_load_m(__constant const real *table, int i)
     return r;
 }
 
+// 16 slots of userdata, or of interactive parameters (ShaderGlobals).
+static inline mat4 op_load_slots_m(const real *slots)
+{
+    mat4 r;
+    for (int k = 0; k < 16; k++)
+        r.m[k] = slots[k];
+    return r;
+}
+
+static inline mat4 op_load_global_m(__global const real *slots)
+{
+    mat4 r;
+    for (int k = 0; k < 16; k++)
+        r.m[k] = slots[k];
+    return r;
+}
+
 static inline mat4 op_neg_m(mat4 a)
 {
     for (int k = 0; k < 16; k++)

@@ -9,6 +9,9 @@
 
 static inline real osl_surfacearea_f_(const ShaderGlobals *sg) { return sg->surfacearea; }
 static inline int osl_backfacing_i_(const ShaderGlobals *sg) { return sg->backfacing; }
+#ifdef HAS_DERIVATIVES
+static inline int osl_flip_handedness_i_(const ShaderGlobals *sg) { return sg->flip_handedness; }
+#endif
 static inline int osl_raytype_bit_i_i(const ShaderGlobals *sg, int bit) { return (sg->raytype & bit) != 0; }
 
 // Spaces as `lower` numbers them: 0 common and world, 1 object, 2 shader, 3 camera, from 4 on the others of ShaderGlobals.

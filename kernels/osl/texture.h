@@ -42,10 +42,11 @@ static inline TextureEllipse texture_ellipse(real2 dx, real2 dy, real sblur, rea
     const real a = dx.y * dx.y + dy.y * dy.y;
     const real b = -2 * (dx.x * dx.y + dy.x * dy.y);
     const real c = dx.x * dx.x + dy.x * dy.x;
-    const real longest = sqrt((a + c + hypot(a - c, b)) / 2);
+    const real longest = b == 0 ? sqrt(fmax(a, c)) : sqrt((a + c + hypot(a - c, b)) / 2);
     e.major = fmin(longest, (real)1000);
-    // The product of both lengths is the area that the derivatives span.
-    e.minor = fmin(fabs(dx.x * dy.y - dx.y * dy.x) / longest, e.major);
+    // The product of both lengths is the area that the derivatives span. Along the axes they are known without rounding, which
+    // counts where the number of samples is about to change.
+    e.minor = fmin(b == 0 ? sqrt(fmin(a, c)) : fabs(dx.x * dy.y - dx.y * dy.x) / longest, e.major);
     const real theta = (real)0.5 * atan2(b, a - c) + (real)(PI / 2);
     e.s = cos(theta);
     e.t = sin(theta);

@@ -1,6 +1,6 @@
 // Runs a shader over a grid of points and stores its outputs, one point behind the other: `oslcl shade`.
 // In: SHADE_ENTRY, a grid function that the compiler wrote, and SHADE_REALS, how many reals it stores per point; the
-// generated text stands before this one. The points are those of OSL's testshade: a patch at z = 1. Its twin is
+// generated text stands before this one, and with it shade_userdata, which fills HAS_USERDATA slots of userdata. The points are those of OSL's testshade: a patch at z = 1. Its twin is
 // Grid::globals in runtime/src/shade.rs.
 #include "globals.h"
 
@@ -53,6 +53,9 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #ifdef HAS_TEXTURES
                     , __global const uint *textures
 #endif
+#ifdef HAS_INTERACTIVE
+                    , __global const real *interactive
+#endif
                     )
 {
     const uint i = (uint)get_global_id(0);
@@ -80,6 +83,14 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #endif
 #ifdef HAS_TEXTURES
     sg.textures = textures;
+#endif
+#ifdef HAS_INTERACTIVE
+    sg.interactive = interactive;
+#endif
+#ifdef HAS_USERDATA
+    real userdata[HAS_USERDATA];
+    shade_userdata(&sg, userdata);
+    sg.userdata = userdata;
 #endif
 #ifdef HAS_MESSAGES
     sg.records = records;

@@ -16,6 +16,8 @@ pub mod programs;
 pub mod render;
 pub mod scene;
 pub mod shade;
+pub mod shader_file;
+mod supplies;
 pub mod textures;
 pub mod told;
 pub mod wavefront;

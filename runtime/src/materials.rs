@@ -100,7 +100,7 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
-    let settings = textures::Settings { search: scene.textures.clone(), automip: true };
+    let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
     let library = Arc::new(Library::new(settings));
     let next = AtomicUsize::new(0);
     let results: Vec<Mutex<Option<Result<_, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();

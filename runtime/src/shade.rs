@@ -23,9 +23,10 @@ use crate::materials;
 use crate::precision::Precision;
 use crate::textures::{self, Library, Packed};
 use oslcl_compiler::reflect::ShaderInfo;
-use oslcl_compiler::{Artifact, Entry, Failure, Master, Options};
+use oslcl_compiler::{Artifact, Entry, Failure, Globals, Group, HostRun, Master, Options};
 
 pub use crate::grid::Grid;
+pub use crate::supplies::{Given, PointData, Supplies};
 pub use oslcl_compiler::messages::{Kind, Message};
 
 /// Work-items of a group.
@@ -145,6 +146,19 @@ pub fn run_with(
     precision: Precision,
     library: &Library,
 ) -> Result<Shaded, Error> {
+    run_supplied(device, artifact, grid, precision, library, &Supplies::default())
+}
+
+/// As [`run_with`], with userdata and values of interactive parameters; the userdata is the one that the options of [`compile`]
+/// had. Nothing is compiled anew for other values of interactive parameters: a driver's cache has the program.
+pub fn run_supplied(
+    device: &Device,
+    artifact: &Artifact,
+    grid: Grid,
+    precision: Precision,
+    library: &Library,
+    supplies: &Supplies,
+) -> Result<Shaded, Error> {
     if precision.is_double() && !device.info.double {
         return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
     }
@@ -152,13 +166,65 @@ pub fn run_with(
     shaded.warnings.extend(materials::missing(library, artifact));
     let packed = textures::pack(library, artifact.textures.iter().map(|t| t.file.as_str()))?;
     let _span = tracing::debug_span!("shade", shader = artifact.name).entered();
-    let program = Program::build(device, &artifact.name, &program(artifact)?, precision.build_options())?;
+    let program = Program::build(device, &artifact.name, &program(artifact, supplies)?, precision.build_options())?;
     if precision.is_double() {
-        launch::<f64>(device, &program, artifact, grid, &packed, &mut shaded)?;
+        launch::<f64>(device, &program, artifact, grid, &packed, supplies, &mut shaded)?;
     } else {
-        launch::<f32>(device, &program, artifact, grid, &packed, &mut shaded)?;
+        launch::<f32>(device, &program, artifact, grid, &packed, supplies, &mut shaded)?;
     }
     Ok(shaded)
+}
+
+/// Runs a shader over the grid on the host, in f64: the way for shaders that need strings which a device cannot build.
+/// `outputs` as for [`compile`].
+pub fn run_on_host(master: &Master, options: &Options, outputs: &[String], grid: Grid) -> Result<Shaded, HostError> {
+    on_host(grid, |count, point| master.run_on_host(options, outputs, count, point))
+}
+
+/// As [`run_on_host`], for a group.
+pub fn run_group_on_host(
+    group: &Group,
+    options: &Options,
+    outputs: &[String],
+    grid: Grid,
+) -> Result<Shaded, HostError> {
+    on_host(grid, |count, point| group.run_on_host(options, outputs, count, point))
+}
+
+/// Whether a shader that [`compile`] refuses may still run on the host: all that is wrong is that no device can do it.
+pub fn needs_host(failure: &Failure) -> bool {
+    let mut errors = failure.diagnostics.iter().filter(|d| d.is_error()).peekable();
+    errors.peek().is_some() && errors.all(|d| d.code == "E3001")
+}
+
+/// Why there are no values from the host.
+#[derive(Debug, thiserror::Error)]
+pub enum HostError {
+    /// The shader does not compile, or does what nobody carries out.
+    #[error(transparent)]
+    Compile(#[from] Failure),
+    /// There are no outputs or no points, or too many.
+    #[error(transparent)]
+    Grid(#[from] Error),
+}
+
+fn on_host(
+    grid: Grid,
+    run: impl FnOnce(u32, &(dyn Fn(u32) -> Globals + Sync)) -> Result<HostRun, Failure>,
+) -> Result<Shaded, HostError> {
+    let count = grid.width.checked_mul(grid.height).ok_or(Error::TooLarge { grid, reals: 1 })?;
+    if count == 0 {
+        return Err(Error::Empty.into());
+    }
+    let run = run(count, &|i| grid.globals(i % grid.width, i / grid.width))?;
+    let planes = run.outputs.into_iter().zip(run.data).map(|(output, data)| Plane {
+        name: output.name,
+        ty: output.ty,
+        grid,
+        channels: output.reals,
+        data,
+    });
+    Ok(Shaded { planes: planes.collect(), messages: run.messages, ..Shaded::default() })
 }
 
 /// Empty planes with room for all values.
@@ -181,13 +247,14 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
 }
 
 /// The shader's text with the kernel behind it.
-fn program(artifact: &Artifact) -> Result<String, Error> {
+fn program(artifact: &Artifact, supplies: &Supplies) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
     let lobes: String = artifact.lobes.iter().map(|l| format!("#define HAS_LOBE_{}\n", l.to_uppercase())).collect();
     let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
     let textures: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
+    let (inputs, userdata) = supplies.code(artifact);
     let text = format!(
-        "{lobes}{textures}{derivatives}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
+        "{lobes}{textures}{derivatives}{inputs}{}{}{userdata}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
         if artifact.sites.is_empty() { "" } else { "#define HAS_MESSAGES\n" },
         artifact.code,
         artifact.entry
@@ -199,17 +266,30 @@ fn program(artifact: &Artifact) -> Result<String, Error> {
 trait Real: device::Plain + Into<f64> {
     /// Rounds to the nearest.
     fn from_f64(v: f64) -> Self;
+
+    /// The number of which the first four bytes are an int's.
+    fn from_int(v: i32) -> Self;
 }
 
 impl Real for f32 {
     fn from_f64(v: f64) -> f32 {
         v as f32
     }
+
+    fn from_int(v: i32) -> f32 {
+        f32::from_bits(v as u32)
+    }
 }
 
 impl Real for f64 {
     fn from_f64(v: f64) -> f64 {
         v
+    }
+
+    fn from_int(v: i32) -> f64 {
+        // In the order of the host's bytes, which is the device's.
+        let [a, b, c, d] = v.to_ne_bytes();
+        f64::from_ne_bytes([a, b, c, d, 0, 0, 0, 0])
     }
 }
 
@@ -254,6 +334,7 @@ fn launch<T: Real>(
     artifact: &Artifact,
     grid: Grid,
     packed: &Packed,
+    supplies: &Supplies,
     shaded: &mut Shaded,
 ) -> Result<(), Error> {
     let kernel = program.kernel(device, "shade")?;
@@ -265,7 +346,17 @@ fn launch<T: Real>(
     let patch = upload::<T>(device, "patch", &grid.patch().map(f64::from))?;
     let outputs = device.buffer("shade outputs", band * width * reals.max(1) * size_of::<T>() as u64)?;
     let mut records = if artifact.sites.is_empty() { None } else { Some(Records::new(device, RECORD_WORDS)?) };
-    let decoder = artifact.decoder(&packed.messages);
+    let strings = supplies.strings();
+    let decoder = artifact.decoder(packed.messages.iter().chain(&strings));
+    let interactive: Vec<T> = supplies
+        .interactive(artifact)
+        .iter()
+        .map(|(v, int)| if *int { T::from_int(*v as i32) } else { T::from_f64(*v) })
+        .collect();
+    let interactive = match interactive.is_empty() {
+        true => None,
+        false => Some(device.upload("interactive parameters", &interactive)?),
+    };
     let textures = match artifact.textures.is_empty() {
         true => None,
         false => Some(device.upload("textures", &packed.words)?),
@@ -289,6 +380,7 @@ fn launch<T: Real>(
         ];
         args.extend(records.iter().map(|r| Arg::Buffer(&r.buffer)));
         args.extend(textures.iter().map(Arg::Buffer));
+        args.extend(interactive.iter().map(Arg::Buffer));
         kernel.launch(device, &args, (count as usize).next_multiple_of(GROUP), GROUP)?;
         if let Some(records) = &mut records {
             match records.take(device)? {

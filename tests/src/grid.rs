@@ -74,7 +74,7 @@ pub enum Error {
 }
 
 /// The reals of one point in the points' buffer.
-const RECORD: usize = 31;
+const RECORD: usize = 54;
 
 /// One point as the kernel reads it.
 fn record(g: &Globals) -> Vec<f64> {
@@ -83,6 +83,10 @@ fn record(g: &Globals) -> Vec<f64> {
         r.extend(v);
     }
     r.extend([g.u, g.v, g.time, g.dtime, g.surfacearea, f64::from(u8::from(g.backfacing)), f64::from(g.raytype)]);
+    for pair in [g.dp, g.di, g.dps] {
+        r.extend(pair.into_iter().flatten());
+    }
+    r.extend(g.du.into_iter().chain(g.dv).chain([f64::from(u8::from(g.flip_handedness))]));
     r
 }
 
@@ -100,8 +104,9 @@ fn text(cases: &[Case]) -> Result<(String, usize), Error> {
         width += artifact.outputs.iter().map(|o| o.reals as usize).sum::<usize>();
     }
     let says = text.contains("osl/records.h");
-    let head = if says { "#define HAS_MESSAGES\n#include \"globals.h\"\n" } else { "#include \"globals.h\"\n" };
-    let mut text = format!("{head}{text}");
+    let messages = if says { "#define HAS_MESSAGES\n" } else { "" };
+    // Derivatives cost nothing where no shader reads them.
+    let mut text = format!("{messages}#define HAS_DERIVATIVES\n#include \"globals.h\"\n{text}");
     let fields = ["P", "I", "N", "Ng", "dPdu", "dPdv", "Ps", "dPdtime"];
     let mut load = String::new();
     for (k, field) in fields.iter().enumerate() {
@@ -110,6 +115,13 @@ fn text(cases: &[Case]) -> Result<(String, usize), Error> {
     for (k, field) in ["u", "v", "time", "dtime", "surfacearea"].iter().enumerate() {
         let _ = writeln!(load, "    sg.{field} = p[{}];", 24 + k);
     }
+    for (k, field) in ["dPdx", "dPdy", "dIdx", "dIdy", "dPsdx", "dPsdy"].iter().enumerate() {
+        let _ = writeln!(load, "    sg.{field} = (real3)(p[{0}], p[{0} + 1], p[{0} + 2]);", 31 + 3 * k);
+    }
+    for (k, field) in ["dudx", "dudy", "dvdx", "dvdy"].iter().enumerate() {
+        let _ = writeln!(load, "    sg.{field} = p[{}];", 49 + k);
+    }
+    let _ = writeln!(load, "    sg.flip_handedness = (int)p[53];");
     if says {
         // What is said is for other tests: here nobody listens.
         let _ = writeln!(load, "    sg.records = 0;");

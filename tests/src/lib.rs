@@ -2,5 +2,6 @@
 
 pub mod bsdf;
 pub mod grid;
+pub mod pictures;
 pub mod points;
 pub mod scenes;

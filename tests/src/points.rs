@@ -35,6 +35,12 @@ pub fn grid(n: u32) -> Vec<Globals> {
             g.time = 0.25 * f64::from(x);
             g.dtime = 0.5;
             g.surfacearea = 2.5;
+            g.du = [0.125, -0.25];
+            g.dv = [0.0625 * f64::from(x), 0.5];
+            g.dp = [[0.25, 0.5 * g.u, -0.125], [g.v - 0.5, 0.75, 0.0625]];
+            g.di = [[0.5, 0.0, 0.25], [0.0, -0.5, g.u]];
+            g.dps = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+            g.flip_handedness = x % 3 == 1;
             g.backfacing = (x + y) % 2 == 1;
             g.raytype = (1 << (x % 6)) | (1 << (y % 6));
             g.object_space = Space { to_common: object, from_common: from_object };
@@ -90,7 +96,11 @@ pub fn pools(special: usize, random: usize, reach: Reach) -> Vec<Globals> {
         let (u, v, time, dtime) = (number(), number(), number(), number());
         let mut triple = || [number(), number(), number()];
         let g = Globals { p: triple(), i: triple(), n: triple(), ng: triple(), dpdu: triple(), ..Globals::default() };
-        points.push(Globals { dpdv: triple(), ps: triple(), dpdtime: triple(), u, v, time, dtime, ..g });
+        let g = Globals { dpdv: triple(), ps: triple(), dpdtime: triple(), u, v, time, dtime, ..g };
+        let mut slope = || rng.next(-1.0, 1.0);
+        let (du, dv) = ([slope(), slope()], [slope(), slope()]);
+        let mut pair = || [[slope(), slope(), slope()], [slope(), slope(), slope()]];
+        points.push(Globals { dp: pair(), di: pair(), dps: pair(), du, dv, flip_handedness: k % 2 == 1, ..g });
     }
     points
 }

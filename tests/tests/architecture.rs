@@ -34,6 +34,12 @@ const WALLS: &[Wall] = &[
         except: &[],
     },
     Wall {
+        place: "compiler/src/oso",
+        forbidden: &["crate::ir", "crate::lower", "crate::passes", "crate::backend", "pest::"],
+        why: ".oso is a form of the typed tree: it knows neither IR nor targets",
+        except: &[],
+    },
+    Wall {
         place: "compiler/src/ir",
         forbidden: &["crate::ast", "crate::parse", "crate::check", "crate::lower", "crate::backend"],
         why: "the IR knows neither the syntax tree nor targets",
@@ -79,6 +85,12 @@ const WALLS: &[Wall] = &[
         place: "runtime/src/plan",
         forbidden: &["crate::device"],
         why: "the plan is testable with no device",
+        except: &[],
+    },
+    Wall {
+        place: "runtime/src/textures",
+        forbidden: &["crate::scene", "crate::plan", "crate::device", "crate::wavefront"],
+        why: "textures are files, and words for any device",
         except: &[],
     },
     Wall {

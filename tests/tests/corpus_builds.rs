@@ -99,8 +99,13 @@ fn build(device: &Device, group: &[Code], options: &str) -> Result<(), String> {
     let says = group.iter().any(|c| c.code.contains("osl/records.h"));
     let lobes: BTreeSet<&String> = group.iter().flat_map(|c| &c.lobes).collect();
     let mut text: String = lobes.iter().map(|l| format!("#define HAS_LOBE_{}\n", l.to_uppercase())).collect();
+    // Costs nothing where no shader reads derivatives.
+    text.insert_str(0, "#define HAS_DERIVATIVES\n");
     if says {
         text.insert_str(0, "#define HAS_MESSAGES\n");
+    }
+    if group.iter().any(|c| c.code.contains("\"osl/texture") || c.code.contains("\"osl/environment.h")) {
+        text.insert_str(0, "#define HAS_TEXTURES\n#define HAS_TEXTURE_CUBIC\n#define HAS_TEXTURE_CLOSEST\n");
     }
     for one in group {
         text.push_str(&one.code);

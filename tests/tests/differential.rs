@@ -50,6 +50,11 @@ fn nudged(g: &Globals, by: f64, turn: u32) -> Globals {
         dpdv: triple(g.dpdv),
         ps: triple(g.ps),
         dpdtime: triple(g.dpdtime),
+        dp: g.dp.map(&mut triple),
+        di: g.di.map(&mut triple),
+        dps: g.dps.map(&mut triple),
+        du: g.du.map(|x| x * factor()),
+        dv: g.dv.map(|x| x * factor()),
         u: g.u * factor(),
         v: g.v * factor(),
         time: g.time * factor(),
@@ -180,10 +185,13 @@ fn corpus() -> Vec<Case> {
 #[test]
 fn every_function_is_called() {
     use oslcl_compiler::builtins::{Lowering, TABLE};
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("corpus/run");
     let mut text: String = sources(true).into_iter().chain(sources(false)).map(|(_, source)| source).collect();
-    for entry in std::fs::read_dir(folder).expect("the corpus").flatten() {
-        text.push_str(&std::fs::read_to_string(entry.path()).expect("a shader"));
+    // tests/textures.rs runs the second folder.
+    for folder in ["corpus/run", "corpus/textures"] {
+        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(folder);
+        for entry in std::fs::read_dir(folder).expect("the corpus").flatten() {
+            text.push_str(&std::fs::read_to_string(entry.path()).expect("a shader"));
+        }
     }
     let hidden = [
         Lowering::Internal,

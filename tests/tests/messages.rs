@@ -81,3 +81,50 @@ fn initialisers_of_parameters_speak_too() {
         shader s(float a = loud(2 * u), output float o = 0) { printf(\"body %g\", a); }";
     assert_eq!(texts(&run(source, (1, 1), &[])), ["init 1", "body 1"]);
 }
+
+/// Shaders whose strings a device can tell apart say the same on the host.
+#[test]
+fn host_and_device_say_the_same() {
+    let sources = [
+        "shader s(string kind = \"b\", output int n = 0) {
+            string names[3] = {\"alpha\", \"be\", \"gamma_x\"};
+            for (int i = 0; i < 3; i++) {
+                string s = names[i];
+                printf(\"%s %d %d %s %d\\n\", s, strlen(s), startswith(s, kind), substr(s, 1, 2), hash(s));
+                string parts[4]; int k = split(s, parts, \"_\");
+                printf(\"%d %s|%s %d\\n\", k, parts[0], parts[1], regex_search(s, \"a$\"));
+                n += stoi(concat(\"1\", s)) + getchar(s, 0) + endswith(s, \"a\");
+            }
+        }",
+        "shader s(output float o = 0) {
+            string where = u > 0.5 ? (v > 0.5 ? \"top\" : \"side\") : \"near\";
+            if (where == \"top\") printf(\"%5.2f\", P);
+            error(\"%s: %s\", where, concat(where, where));
+            fprintf(concat(where, \".txt\"), \"%d\", strlen(where));
+        }",
+    ];
+    for source in sources {
+        let device = run(source, (3, 2), &[]);
+        let master = Master::new(source, &Options::default(), &NoIncludes).unwrap_or_else(|e| panic!("{e}"));
+        let outputs = shade::default_outputs(master.info());
+        let host = shade::run_on_host(&master, &Options::default(), &outputs, Grid::new(3, 2));
+        let host = host.unwrap_or_else(|e| panic!("{e}"));
+        assert!(!host.messages.is_empty());
+        assert_eq!(device.messages, host.messages, "{source}");
+        assert_eq!(device.planes, host.planes, "{source}");
+    }
+}
+
+#[test]
+fn strings_that_no_device_can_build_are_built_on_the_host() {
+    let source = "shader s(output int n = 0) { string s = format(\"%g\", u * 100); n = strlen(s);
+        printf(\"%s %d\", concat(s, \"!\"), stoi(s)); }";
+    let master = Master::new(source, &Options::default(), &NoIncludes).unwrap_or_else(|e| panic!("{e}"));
+    let outputs = ["n".to_owned()];
+    let refused = shade::compile(&master, &Options::default(), &outputs).expect_err("no device can");
+    assert!(shade::needs_host(&refused), "{refused}");
+    let host = shade::run_on_host(&master, &Options::default(), &outputs, Grid::new(2, 1));
+    let host = host.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(texts(&host), ["0! 0", "100! 100"]);
+    assert_eq!(host.planes[0].data, [1.0, 3.0]);
+}

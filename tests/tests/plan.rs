@@ -85,6 +85,31 @@ fn settings_and_geometry_ask_too() {
     assert!(plan.has(Effect::DoublePrecision));
 }
 
+#[test]
+fn textures_are_there_when_asked_for() {
+    let find = |source: &str, wanted: &[&str]| {
+        let found = effects(&wall_of(source));
+        let textures: Vec<&str> = found.iter().copied().filter(|e| e.starts_with("texture")).collect();
+        assert_eq!(textures, wanted, "{source}");
+        text_of(&wall_of(source))
+    };
+    let off =
+        find("surface d(string file = \"\") { Ci = diffuse(N); if (file != \"\") Ci *= texture(file, u, v); }", &[]);
+    assert!(!off.contains("#define HAS_TEXTURE") && !off.contains("\"osl/texture"), "no texture, no code");
+    let cubic =
+        find("surface d() { Ci = (color)texture(\"a.tif\", u, v) * diffuse(N); }", &["texture_cubic", "textures"]);
+    assert!(
+        cubic.contains("*textures")
+            && cubic.contains("#define HAS_TEXTURE_CUBIC")
+            && !cubic.contains("#define HAS_TEXTURE_CLOSEST")
+    );
+    find("surface d() { Ci = (color)texture(\"a.tif\", u, v, \"interp\", \"linear\") * diffuse(N); }", &["textures"]);
+    find(
+        "surface d() { Ci = (color)environment(\"a.tif\", N, \"interp\", \"closest\") * diffuse(N); }",
+        &["texture_closest", "textures"],
+    );
+}
+
 /// The text of all programs, as the device gets it.
 fn text_of(scene: &Scene) -> String {
     let (plan, _) = render::plan(scene, Precision::Standard).unwrap_or_else(|e| panic!("{e}"));

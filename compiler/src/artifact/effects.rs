@@ -120,15 +120,17 @@ pub(super) fn of(shader: &Shader) -> Effects {
     });
     effects.lobes = lobes.into_iter().collect();
     effects.volumes = volumes.into_iter().collect();
-    effects.globals = globals(shader);
+    let read = globals(shader);
+    effects.state.derivatives = read.iter().any(|g| g.is_derivative());
+    effects.globals = read.into_iter().filter(|g| !g.is_derivative()).map(|g| g.name()).collect();
     calls(shader, &mut effects);
     // The generated code itself asks which side emits, and from where the lobes are seen.
     effects.state.backfacing |= effects.emission != Radiance::None;
     effects
 }
 
-/// OSL's globals that are read, in declaration order.
-fn globals(shader: &Shader) -> Vec<&'static str> {
+/// The globals that are read, in declaration order.
+fn globals(shader: &Shader) -> Vec<crate::ir::Global> {
     let mut read = BTreeSet::new();
     for block in shader.blocks() {
         block.walk(&mut |s| {
@@ -155,7 +157,7 @@ fn globals(shader: &Shader) -> Vec<&'static str> {
         .collect();
     found.sort();
     found.dedup();
-    found.into_iter().map(|g| g.name()).collect()
+    found
 }
 
 /// Calls `f` on every lobe whose albedo is asked for.
@@ -196,6 +198,7 @@ fn calls(shader: &Shader, effects: &mut Effects) {
             _ => {}
         }
         if let Some(kind) = name.strip_prefix("noise_").or_else(|| name.strip_prefix("pnoise_")) {
+            let kind = kind.split("_slopes").next().unwrap_or(kind);
             noise.insert(kind.to_owned());
         }
     };

@@ -4,8 +4,10 @@
 //! written.
 
 mod effects;
+mod inputs;
 
 pub use effects::{Radiance, State};
+pub use inputs::{Inputs, Slot};
 
 use crate::backend::opencl_c::{Code, Output};
 use crate::ir::Shader;
@@ -56,12 +58,14 @@ pub struct Artifact {
     pub has_holdout: bool,
     /// Outputs of a grid function, in order; empty for materials.
     pub outputs: Vec<Output>,
+    /// What the renderer supplies beside the globals.
+    pub inputs: Inputs,
     /// The calls that print, by the number in their records. When there are any, the code needs `HAS_MESSAGES` defined and
     /// the records' buffer in `ShaderGlobals` (kernels/osl/records.h).
     pub sites: Vec<Site>,
     /// The texts of the strings in the code, sorted.
     pub strings: Vec<String>,
-    /// Parameters, defaults and metadata as written.
+    /// Parameters, defaults and metadata as written; of a group those of its last layer.
     pub info: ShaderInfo,
 }
 
@@ -88,6 +92,7 @@ impl Artifact {
             has_transparent: effects.transparent,
             has_holdout: effects.holdout,
             outputs: code.outputs,
+            inputs: inputs::of(shader),
             sites: code.sites,
             strings: code.strings,
             info,

@@ -9,6 +9,7 @@
 //! `const ShaderGlobals *sg` first.
 
 mod closures;
+pub mod derivative;
 pub mod sig;
 mod table;
 

@@ -121,18 +121,7 @@ pub static TABLE: &[Row] = &[
     row("linearstep", &["T(T,T,T)", "triple(float,float,triple)"], Componentwise),
     row("smoothstep", &["T(T,T,T)", "triple(float,float,triple)"], Componentwise),
     row("smooth_linearstep", &["T(T,T,T,T)", "triple(float,float,triple,float)"], Componentwise),
-    row(
-        "aastep",
-        &[
-            "float(float,float)",
-            "float(float,float,float)",
-            "float(float,float,float,float)",
-            "float(float,float,string)",
-            "float(float,float,float,string)",
-            "float(float,float,float,float,string)",
-        ],
-        NotYet,
-    ),
+    row("aastep", &["float(float,float)", "float(float,float,float)", "float(float,float,float,float)"], Special),
     row("noise", NOISE_NAMED, Special),
     row("snoise", NOISE, Special),
     row("cellnoise", NOISE, Special),
@@ -148,6 +137,13 @@ pub static TABLE: &[Row] = &[
     row("noise_simplex", NOISE_KIND, Internal),
     row("noise_usimplex", NOISE_KIND, Internal),
     row("noise_gabor", GABOR_KIND, Internal),
+    // Slopes of noise: row j holds the derivatives of the result's components by coordinate j.
+    row("noise_perlin_slopes", NOISE_SLOPES, Internal),
+    row("noise_perlin_slopes_triple", NOISE_SLOPES, Internal),
+    row("noise_simplex_slopes", NOISE_SLOPES, Internal),
+    row("noise_simplex_slopes_triple", NOISE_SLOPES, Internal),
+    row("pnoise_perlin_slopes", PNOISE_SLOPES, Internal),
+    row("pnoise_perlin_slopes_triple", PNOISE_SLOPES, Internal),
     row("pnoise_perlin", PNOISE_KIND, Internal),
     row("pnoise_uperlin", PNOISE_KIND, Internal),
     row("pnoise_cell", PNOISE_KIND, Internal),
@@ -158,7 +154,7 @@ pub static TABLE: &[Row] = &[
         &["int(int)", "int(float)", "int(float,float)", "int(point)", "int(point,float)", "int(string)"],
         Special,
     ),
-    row("hash_string", &["int(string)"], Internal),
+    row("hash_string", &["int(string)"], InternalHost),
     // What stands for a name that is none of the known ones: what kind of name, those known (with commas), the name.
     row(
         "unknown_name",
@@ -178,6 +174,12 @@ pub static TABLE: &[Row] = &[
     row("spline_hermite", SPLINE_KIND, Internal),
     row("spline_linear", SPLINE_KIND, Internal),
     row("spline_constant", SPLINE_KIND, Internal),
+    // Slopes of splines by their position.
+    row("spline_catmullrom_slope", SPLINE_KIND, Internal),
+    row("spline_bezier_slope", SPLINE_KIND, Internal),
+    row("spline_bspline_slope", SPLINE_KIND, Internal),
+    row("spline_hermite_slope", SPLINE_KIND, Internal),
+    row("spline_linear_slope", SPLINE_KIND, Internal),
     row(
         "splineinverse",
         &["float(string,float,float[])", "float(string,float,int,float[])", "float(string,float,float,float,...)"],
@@ -189,13 +191,15 @@ pub static TABLE: &[Row] = &[
     row("splineinverse_hermite", SPLINEINVERSE_KIND, Internal),
     row("splineinverse_linear", SPLINEINVERSE_KIND, Internal),
     row("splineinverse_constant", SPLINEINVERSE_KIND, Internal),
-    // Derivatives.
-    row("Dx", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
-    row("Dy", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
-    row("Dz", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], NotYet),
-    row("filterwidth", &["float(float)", "vector(point)", "vector(vector)"], NotYet),
-    row("area", &["float(point)"], NotYet),
-    row("calculatenormal", &["vector(point)"], NotYet),
+    // Derivatives (passes/derivatives replaces the calls).
+    row("Dx", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], Direct),
+    row("Dy", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], Direct),
+    row("Dz", &["float(float)", "vector(point)", "vector(vector)", "vector(normal)", "color(color)"], Direct),
+    row("filterwidth", &["float(float)", "vector(point)", "vector(vector)"], Direct),
+    row("area", &["float(point)"], Direct),
+    row("calculatenormal", &["vector(point)"], Direct),
+    // 1 when raster space and common space turn opposite ways.
+    row("flip_handedness", &["int()"], InternalState),
     row("displace", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
     row("bump", &["void(float)", "void(string,float)", "void(vector)"], NotYet),
     // Strings.
@@ -215,12 +219,12 @@ pub static TABLE: &[Row] = &[
     row(
         "split",
         &["int(string,out string[],string,int)", "int(string,out string[],string)", "int(string,out string[])"],
-        NotYet,
+        Host,
     ),
     row("substr", &["string(string,int)", "string(string,int,int)"], Host),
     row("getchar", &["int(string,int)"], Host),
-    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], NotYet),
-    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], NotYet),
+    row("regex_search", &["int(string,string)", "int(string,out int[],string)"], Host),
+    row("regex_match", &["int(string,string)", "int(string,out int[],string)"], Host),
     // Texture.
     row(
         "texture",
@@ -256,7 +260,11 @@ pub static TABLE: &[Row] = &[
     row("raytype_bit", &["int(int)"], InternalState),
     row("backfacing", &["int()"], State),
     row("isconnected", &["int(any)"], Special),
+    // By the flattened name of a parameter; `passes::link` knows the answer.
+    row("is_connected", &["int(string)"], InternalHost),
     row("isconstant", &["int(any)"], Special),
+    // 1 when folding finds the argument constant, else 0.
+    row("is_constant", &["int(int)", "int(float)", "int(vector)", "int(matrix)", "int(string)"], InternalHost),
     row("iscameraray", &["int()"], Special),
     row("isdiffuseray", &["int()"], Special),
     row("isglossyray", &["int()"], Special),
@@ -266,6 +274,8 @@ pub static TABLE: &[Row] = &[
     row("dict_value", &["int(int,string,...)"], NotYet),
     row("trace", &["int(point,vector,...)"], NotYet),
     row("arraylength", &["int(any[])"], Special),
+    // Of an unsized parameter, whose length `passes::link` knows.
+    row("array_length", &["int(any[])"], InternalHost),
     row("exit", &["void()"], Special),
     row("random", &["float()", "color()", "point()", "vector()", "normal()"], NotYet),
 ];
@@ -416,6 +426,17 @@ const NOISE_KIND: &[&str] = &[
     "vector(float,float)",
     "vector(vector)",
     "vector(vector,float)",
+];
+
+/// The slopes of one kind of noise.
+const NOISE_SLOPES: &[&str] = &["matrix(float)", "matrix(float,float)", "matrix(vector)", "matrix(vector,float)"];
+
+/// The slopes of one kind of periodic noise.
+const PNOISE_SLOPES: &[&str] = &[
+    "matrix(float,float)",
+    "matrix(float,float,float,float)",
+    "matrix(vector,vector)",
+    "matrix(vector,float,vector,float)",
 ];
 
 /// One kind of periodic noise after its name was resolved.

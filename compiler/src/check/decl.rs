@@ -99,11 +99,8 @@ impl Checker {
             Some(init) => self.assigned(init, ty, &format!("parameter `{}`", p.name.name)),
         };
         let ty = self.settle_extent(ty, init.as_ref());
-        let varying = metadata.iter().any(|m| match (m.name.as_str(), &m.value) {
-            ("lockgeom", Some(reflect::Value::Int(0))) => true,
-            ("interpolated" | "interactive", Some(reflect::Value::Int(v))) => *v != 0,
-            _ => false,
-        });
+        let open = matches!(p.array, Some(ast::ArraySize::Unsized));
+        let (varying, traits) = reflect::hints(&metadata, open);
         let kind = VarKind::ShaderParam(index);
         let var = self.declare(&p.name, ty, kind, p.output);
         let fields = match ty.base {
@@ -123,7 +120,7 @@ impl Checker {
             fields,
             metadata,
         };
-        Some((Param { var, output: p.output, init, varying }, info))
+        Some((Param { var, output: p.output, init, varying, traits }, info))
     }
 
     fn flat_fields(&self, id: StructId, prefix: &str) -> Vec<reflect::Field> {

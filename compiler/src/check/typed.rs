@@ -5,7 +5,7 @@
 use crate::ast::{BinaryOp, IncDecOp};
 use crate::builtins::{ClosureId, FuncId};
 use crate::source::Span;
-use crate::types::{Base, StructId, Type};
+use crate::types::{Base, StructId, Traits, Type};
 
 /// Handle of a [`Var`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -78,6 +78,8 @@ pub struct Param {
     pub init: Option<Expr>,
     /// `lockgeom = 0`, `interpolated = 1` or `interactive = 1` in its metadata.
     pub varying: bool,
+    /// What else is said of it.
+    pub traits: Traits,
 }
 
 /// A checked shader with all that it calls.

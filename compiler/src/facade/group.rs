@@ -3,13 +3,14 @@
 //! In: [`Master`]s, values and connections. Out: [`Output`] or [`Failure`]. A [`Master`] alone goes the same road, as a
 //! group of one layer.
 
+use super::host::{self, HostRun};
 use super::{Binding, Entry, Failure, Master, Options, Output, Silenced, Values, on_large_stack, tell};
 use crate::artifact::Artifact;
 use crate::backend::opencl_c;
 use crate::diag::Diagnostic;
 use crate::interp;
-use crate::ir::{Const, Shader};
-use crate::passes::{self, link};
+use crate::ir::Shader;
+use crate::passes::{self, Target, link};
 use crate::source::{FileId, SourceMap};
 use crate::textures::TextureAccess;
 use link::{Connection, Hints};
@@ -48,7 +49,7 @@ pub struct Group {
     pub layers: Vec<Layer>,
     /// What feeds what.
     pub connections: Vec<Connection>,
-    /// Layers that run whether or not another one needs them, as the last one does.
+    /// When not empty, these layers run in this order, with what they need of others, and not the last one.
     pub entry_layers: Vec<String>,
 }
 
@@ -67,7 +68,19 @@ impl Group {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        self.parts(options)?.evaluate_all(outputs, points)
+        self.parts(options)?.evaluate_all(options, outputs, points)
+    }
+
+    /// Runs the group on the host, in f64 and with strings as texts, on points `0..count`: all that it computes and says. It
+    /// takes shaders whose strings a device cannot build, too. Uses the options' `bindings`.
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        self.parts(options)?.run_on_host(options, outputs, count, point)
     }
 
     /// The layers with the options' values.
@@ -76,6 +89,7 @@ impl Group {
             name: &self.name,
             layers: Vec::new(),
             connections: &self.connections,
+            entry_layers: &self.entry_layers,
             textures: options.textures.clone(),
         };
         for layer in &self.layers {
@@ -119,6 +133,7 @@ pub(super) struct Parts<'a> {
     name: &'a str,
     layers: Vec<Part<'a>>,
     connections: &'a [Connection],
+    entry_layers: &'a [String],
     textures: Option<TextureAccess>,
 }
 
@@ -135,7 +150,13 @@ impl<'a> Parts<'a> {
     pub fn one(master: &'a Master, options: &Options) -> Parts<'a> {
         let settings = options.bindings.iter().map(|(name, value)| setting(name, value)).collect();
         let textures = options.textures.clone();
-        Parts { name: "", layers: vec![Part { name: "", master, settings }], connections: &[], textures }
+        Parts {
+            name: "",
+            layers: vec![Part { name: "", master, settings }],
+            connections: &[],
+            entry_layers: &[],
+            textures,
+        }
     }
 
     fn files(&self) -> Files {
@@ -161,8 +182,17 @@ impl<'a> Parts<'a> {
         files
     }
 
-    /// Joins the layers.
-    fn link(&self, files: &Files) -> Result<Shader, Vec<Diagnostic>> {
+    fn settings(&self, target: Target) -> passes::Settings<'_> {
+        passes::Settings { target, textures: self.textures.as_ref() }
+    }
+
+    /// Joins the layers; the names that the outputs have in the joined shader come with it.
+    fn link(
+        &self,
+        files: &Files,
+        options: &Options,
+        outputs: &[String],
+    ) -> Result<(Shader, Vec<String>), Vec<Diagnostic>> {
         let mut parts = Vec::with_capacity(self.layers.len());
         for (part, first_file) in self.layers.iter().zip(&files.first) {
             // The shader of a master is there until it is dropped.
@@ -174,37 +204,31 @@ impl<'a> Parts<'a> {
                 settings: part.settings.clone(),
             });
         }
-        link::link(self.name, &parts, self.connections)
-    }
-
-    /// The parameter that an output's name means; names that mean none stay, for the message of who looks for them.
-    fn resolve(&self, shader: &Shader, name: &str) -> String {
-        let is = |name: &str| shader.params.iter().any(|p| p.output && p.name == name);
-        if name == "Ci" || is(name) {
-            return name.to_owned();
-        }
-        if let [only] = self.layers.as_slice() {
-            let inner = name.strip_prefix(only.name).and_then(|rest| rest.strip_prefix('.'));
-            return inner.unwrap_or(name).to_owned();
-        }
-        let mut names = self.layers.iter().rev().map(|l| format!("{}.{name}", l.name));
-        names.find(|n| is(n)).unwrap_or_else(|| name.to_owned())
+        link::link(&link::Request {
+            name: self.name,
+            parts,
+            connections: self.connections,
+            entry_layers: self.entry_layers,
+            outputs,
+            userdata: options.userdata.as_deref(),
+            userdata_is_connected: options.userdata_is_connected,
+            lazy: options.lazy,
+        })
     }
 
     pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
         let files = self.files();
         let work = || {
-            let mut shader = self.link(&files)?;
             let asked = match &options.entry {
                 Entry::Material => &[][..],
                 Entry::Grid(names) => names,
             };
-            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
             let entry = match &options.entry {
                 Entry::Material => Entry::Material,
                 Entry::Grid(_) => Entry::Grid(outputs.clone()),
             };
-            let warnings = passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
+            let warnings = passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
@@ -242,12 +266,46 @@ impl<'a> Parts<'a> {
         warnings
     }
 
-    pub fn evaluate_all(&self, asked: &[String], points: &[interp::Globals]) -> Result<Vec<Values>, Failure> {
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        asked: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
         let files = self.files();
         let work = || {
-            let mut shader = self.link(&files)?;
-            let outputs: Vec<String> = asked.iter().map(|name| self.resolve(&shader, name)).collect();
-            passes::optimise_with(&mut shader, &[], &outputs, self.textures.as_ref())?;
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Host))?;
+            let point = |i| {
+                let globals = point(i);
+                let textures = globals.textures.clone().or_else(|| self.textures.clone());
+                interp::Globals { textures, ..globals }
+            };
+            let mut run = host::run(&shader, &outputs, count, &point)?;
+            for (output, name) in run.outputs.iter_mut().zip(asked) {
+                output.name.clone_from(name);
+            }
+            Ok(run)
+        };
+        let sources = files.sources.clone();
+        match on_large_stack(work) {
+            Ok(Ok(run)) => Ok(run),
+            Ok(Err(diagnostics)) => Err(Failure { diagnostics, sources }),
+            Err(d) => Err(Failure { diagnostics: vec![d], sources }),
+        }
+    }
+
+    pub fn evaluate_all(
+        &self,
+        options: &Options,
+        asked: &[String],
+        points: &[interp::Globals],
+    ) -> Result<Vec<Values>, Failure> {
+        let files = self.files();
+        let work = || {
+            let (mut shader, outputs) = self.link(&files, options, asked)?;
+            passes::optimise_with(&mut shader, &[], &outputs, &self.settings(Target::Device))?;
             let with = |g: &interp::Globals| interp::Globals {
                 textures: g.textures.clone().or_else(|| self.textures.clone()),
                 ..g.clone()
@@ -274,30 +332,8 @@ fn outcome(
     let mut values = Vec::with_capacity(outputs.len());
     for (name, asked) in outputs.iter().zip(asked) {
         let mut reals = Vec::new();
-        if name == "Ci" {
-            reals.extend(outcome.ci());
-        } else {
-            let param = shader.params.iter().find(|p| p.output && p.name == *name);
-            let value = param.and_then(|p| outcome.local(p.local));
-            if !value.is_some_and(|c| flatten(c, &mut reals)) {
-                let message = format!("shader `{}` has no output parameter `{name}` of numbers", shader.name);
-                return Err(vec![Diagnostic::global("E4203", message)]);
-            }
-        }
+        host::reals(shader, (globals, &outcome), name, &mut reals).map_err(|d| vec![d])?;
         values.push((asked.clone(), reals));
     }
     Ok(values)
-}
-
-/// The reals that a constant is made of; false when it holds strings.
-fn flatten(c: &Const, out: &mut Vec<f64>) -> bool {
-    match c {
-        Const::Int(v) => out.push(f64::from(*v)),
-        Const::Float(v) => out.push(*v),
-        Const::Triple(v) => out.extend(v),
-        Const::Matrix(m) => out.extend(m),
-        Const::Str(_) => return false,
-        Const::Array(items) => return items.iter().all(|c| flatten(c, out)),
-    }
-    true
 }

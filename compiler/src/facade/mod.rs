@@ -5,11 +5,13 @@
 //! the parser accepts. It must not know files, the environment or time.
 
 mod group;
+mod host;
 mod oso_text;
+mod text;
 
 use crate::artifact::Artifact;
 use crate::diag::{self, Diagnostic};
-use crate::ir::{Const, Shader};
+use crate::ir::{self, Const, Shader, Ty};
 use crate::preprocess::{self, Includes};
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, SourceMap};
@@ -19,9 +21,11 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use crate::backend::opencl_c::Entry;
-pub use crate::passes::link::{Connection, Hints};
+pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
+pub use host::HostRun;
 pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shader, to_oso};
+pub use text::{ParseError, TextError};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +43,27 @@ pub enum Binding {
 }
 
 impl Binding {
+    /// The value as the numbers of a slot, one per real; a string by its id. `None` when it does not fit the slot's type.
+    pub fn numbers(&self, slot: &crate::artifact::Slot) -> Option<Vec<f64>> {
+        use crate::types::{Base, Extent};
+        let ty = match slot.resolved.base {
+            Base::Int => Ty::Int,
+            Base::Float => Ty::Float,
+            Base::Matrix => Ty::Matrix,
+            Base::String => Ty::Str,
+            base if base.is_triple() => Ty::Triple,
+            _ => return None,
+        };
+        let len = match slot.resolved.extent {
+            Extent::Scalar => None,
+            Extent::Fixed(n) => Some(n),
+            Extent::Unsized => return None,
+        };
+        let mut out = Vec::new();
+        ir::numbers(&crate::passes::fitted(&self.constant(), ty, len)?, &mut out);
+        Some(out)
+    }
+
     fn constant(&self) -> Const {
         match self {
             Binding::Int(v) => i32::try_from(*v).map_or(Const::Float(*v as f64), Const::Int),
@@ -63,6 +88,13 @@ pub struct Options {
     pub bindings: Vec<(String, Binding)>,
     /// What to write.
     pub entry: Entry,
+    /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
+    /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
+    pub userdata: Option<Vec<Userdata>>,
+    /// Whether `isconnected` says that a parameter which may read userdata is connected.
+    pub userdata_is_connected: bool,
+    /// When the layers of a group run.
+    pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -77,6 +109,9 @@ impl Default for Options {
             undefines: Vec::new(),
             bindings: Vec::new(),
             entry: Entry::Material,
+            userdata: None,
+            userdata_is_connected: false,
+            lazy: Lazy::default(),
             line_directives: false,
             textures: None,
         }
@@ -120,7 +155,13 @@ impl Includes for NoIncludes {
 }
 
 /// Headers that come with the compiler.
-const EMBEDDED: &[(&str, &str)] = &[("stdosl.h", include_str!("../../../shaders-osl/stdosl.h"))];
+const EMBEDDED: &[(&str, &str)] = &[
+    ("stdosl.h", include_str!("../../../shaders-osl/stdosl.h")),
+    (OSO_FUNCTIONS, include_str!("../../../shaders-osl/oso_functions.h")),
+];
+
+/// Built-in functions that `.oso` has no operations for, as OSL.
+const OSO_FUNCTIONS: &str = "oso_functions.h";
 
 /// The caller's files and the embedded ones. `stdosl.h` is always ours: it fits the table of built-ins. The other
 /// headers can be replaced by files of the same name.
@@ -202,6 +243,14 @@ fn tell(sources: &SourceMap, nowarn: &Silenced, list: Vec<Diagnostic>) -> Vec<Di
                 d = d.label(span, INCLUDED);
             }
         }
+        if let Some((file, line)) = d.labels.first().and_then(|l| sources.origin(l.span)) {
+            let origin = format!("it comes from {file}:{line}");
+            d.help = Some(match d.help.take() {
+                Some(help) if help.contains(&origin) => help,
+                Some(help) => format!("{help}; {origin}"),
+                None => origin,
+            });
+        }
         out.push(d);
     }
     out
@@ -258,24 +307,43 @@ fn in_order(mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
     list
 }
 
+/// What a source is compiled to.
+#[derive(Clone, Copy, PartialEq)]
+enum Target {
+    Ir,
+    Oso,
+}
+
+/// Whether a label points into the functions that stand before sources compiled to `.oso`.
+fn in_prelude(sources: &SourceMap, label: &diag::Label) -> bool {
+    sources.file(label.span.file).name.trim_matches(['<', '>']) == OSO_FUNCTIONS
+}
+
 fn checked(
     source: &str,
     options: &Options,
+    target: Target,
     includes: &dyn Includes,
     sources: &mut SourceMap,
 ) -> Result<Parsed, Vec<Diagnostic>> {
-    let settings = preprocess_options(options);
+    let mut settings = preprocess_options(options);
+    if target == Target::Oso {
+        settings.prelude = Some(OSO_FUNCTIONS);
+    }
     let pre = preprocess::preprocess(&options.file_name, source, &settings, &WithEmbedded(includes), sources)
         .map_err(|list| tell(sources, &Silenced::new(), list))?;
     let mut checked = match tree(&pre) {
         Ok(checked) => checked,
-        Err(found) => {
+        Err(mut found) => {
+            found.retain(|d| d.is_error() || !d.labels.iter().any(|l| in_prelude(sources, l)));
             // What was said before belongs to the errors too.
             let mut all = tell(sources, &Silenced::new(), pre.warnings);
             all.extend(tell(sources, &pre.nowarn, found));
             return Err(in_order(all));
         }
     };
+    // That functions of the prelude hide the built-ins, or the user's hide them, is as it should be.
+    checked.warnings.retain(|d| !d.labels.iter().any(|l| in_prelude(sources, l)));
     // What the author of a file says by `#warning` is not silenced.
     let mut warnings = tell(sources, &Silenced::new(), pre.warnings);
     warnings.extend(tell(sources, &pre.nowarn, std::mem::take(&mut checked.warnings)));
@@ -286,7 +354,7 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
     if oso::is_oso(source) {
         return oso_text::front(source, options, sources);
     }
-    let front = checked(source, options, includes, sources)?;
+    let front = checked(source, options, Target::Ir, includes, sources)?;
     let shader = lower::lower(&front.checked)
         .map_err(|list| in_order([tell(sources, &front.nowarn, list), front.warnings.clone()].concat()))?;
     Ok((shader, front.checked.info, front.warnings, front.nowarn))
@@ -294,10 +362,16 @@ fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut
 
 impl Master {
     /// Preprocesses, parses, checks and lowers a source. Uses the options' `file_name`, `defines` and `undefines`.
+    /// Takes the text of an `.oso` file too.
     pub fn new(source: &str, options: &Options, includes: &(dyn Includes + Sync)) -> Result<Master, Failure> {
+        Master::of(|sources| front(source, options, includes, sources))
+    }
+
+    /// A master of what the front half yields.
+    fn of(front: impl FnOnce(&mut SourceMap) -> Front + Send) -> Result<Master, Failure> {
         let (result, sources) = match on_large_stack(|| {
             let mut sources = SourceMap::default();
-            let result = front(source, options, includes, &mut sources);
+            let result = front(&mut sources);
             let result = result.map(|(shader, info, warnings, nowarn)| (Box::new(shader), info, warnings, nowarn));
             (result, Arc::new(sources))
         }) {
@@ -349,6 +423,17 @@ impl Master {
         Ok(points.pop().unwrap_or_default())
     }
 
+    /// Runs the shader on the host; see [`Group::run_on_host`].
+    pub fn run_on_host(
+        &self,
+        options: &Options,
+        outputs: &[String],
+        count: u32,
+        point: &(dyn Fn(u32) -> interp::Globals + Sync),
+    ) -> Result<HostRun, Failure> {
+        group::Parts::one(self, options).run_on_host(options, outputs, count, point)
+    }
+
     /// As [`Master::evaluate`], for many points.
     pub fn evaluate_all(
         &self,
@@ -356,7 +441,7 @@ impl Master {
         outputs: &[String],
         points: &[interp::Globals],
     ) -> Result<Vec<Values>, Failure> {
-        group::Parts::one(self, options).evaluate_all(outputs, points)
+        group::Parts::one(self, options).evaluate_all(options, outputs, points)
     }
 }
 

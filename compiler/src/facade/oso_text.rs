@@ -2,7 +2,7 @@
 //!
 //! In: texts. Out: texts, masters, queries, or a [`Failure`].
 
-use super::{Failure, Front, Master, Options, Silenced, WithEmbedded, checked, on_large_stack, tell};
+use super::{Failure, Front, Master, Options, Silenced, Target, WithEmbedded, checked, on_large_stack, tell};
 use crate::diag::Diagnostic;
 use crate::oso::{parse, query, read, text, write};
 use crate::preprocess::{self, Includes};
@@ -58,7 +58,7 @@ pub fn to_oso(
     includes: &(dyn Includes + Sync),
 ) -> Result<Oso, Failure> {
     let ((name, text, warnings), sources) = with_sources(|sources| {
-        let front = checked(source, options, includes, sources)?;
+        let front = checked(source, options, Target::Oso, includes, sources)?;
         let comments = vec![
             format!("Compiled by oslc (oslcl {})", env!("CARGO_PKG_VERSION")),
             format!("options: {}", oso_options.command_line),
@@ -94,7 +94,7 @@ pub fn query_shader(source: &str, options: &Options, includes: &(dyn Includes + 
             let file = sources.add(&*options.file_name, source);
             parse::parse(source, file)?
         } else {
-            let front = checked(source, options, includes, sources)?;
+            let front = checked(source, options, Target::Oso, includes, sources)?;
             write::write(&front.checked, sources, Vec::new())?
         };
         Ok(query::query(&module))
@@ -106,8 +106,12 @@ pub fn query_shader(source: &str, options: &Options, includes: &(dyn Includes + 
 pub(super) fn front(source: &str, options: &Options, sources: &mut SourceMap) -> Front {
     let file = sources.add(&*options.file_name, source);
     let module = parse::parse(source, file)?;
-    let checked = read::read(&module)?;
-    let shader = lower::lower(&checked)?;
+    let names: Vec<Arc<str>> = module.files.iter().map(|f| Arc::from(f.as_str())).collect();
+    let origin = |op: &oso::Op| op.at.and_then(|(f, line)| Some((op.span.start, names.get(f as usize)?.clone(), line)));
+    sources.set_origins(file, module.ops.iter().filter_map(origin).collect());
+    let told = |list| tell(sources, &Silenced::new(), list);
+    let checked = read::read(&module).map_err(told)?;
+    let shader = lower::lower(&checked).map_err(told)?;
     Ok((shader, checked.info, Vec::new(), Silenced::new()))
 }
 
@@ -115,12 +119,6 @@ impl Master {
     /// A compiled shader from the text of an `.oso` file, of this compiler or of the reference implementation's.
     /// [`Master::new`] takes such a text too. Uses the options' `file_name`.
     pub fn from_oso(text: &str, options: &Options) -> Result<Master, Failure> {
-        if oso::is_oso(text) {
-            return Master::new(text, options, &super::NoIncludes);
-        }
-        let mut sources = SourceMap::default();
-        let file = sources.add(&*options.file_name, text);
-        let diagnostics = parse::parse(text, file).err().unwrap_or_default();
-        Err(Failure { diagnostics, sources: Arc::new(sources) })
+        Master::of(|sources| front(text, options, sources))
     }
 }

@@ -97,6 +97,10 @@ pub(super) fn call(name: &str, ty: Ty, args: &[Const]) -> Option<Const> {
     if kind == "gabor" {
         return gabor(periodic, ty, args);
     }
+    let (kind, slopes) = match kind.split_once("_slopes") {
+        Some((kind, rest)) => (kind, Some(if rest.is_empty() { 1 } else { 3 })),
+        None => (kind, None),
+    };
     let all = numbers(args)?;
     let (x, periods) = all.split_at(if periodic { all.len() / 2 } else { all.len() });
     if !(1..=4).contains(&x.len()) || (periodic && periods.len() != x.len()) {
@@ -108,6 +112,13 @@ pub(super) fn call(name: &str, ty: Ty, args: &[Const]) -> Option<Const> {
             false => x.iter().map(|x| Cell::new(*x)).collect(),
         }
     };
+    if let Some(components) = slopes {
+        return Some(Const::Matrix(match kind {
+            "perlin" => noise_gradient::slopes(&cells(), components),
+            "simplex" => noise_simplex::slopes(x, components),
+            _ => return None,
+        }));
+    }
     let to_unit = |c| map(c, |v| 0.5 * (v + 1.0));
     Some(match kind {
         "perlin" => noise_gradient::perlin(&cells(), ty),

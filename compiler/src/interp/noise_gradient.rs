@@ -70,3 +70,37 @@ pub(super) fn perlin(cells: &[Cell], ty: Ty) -> Const {
         _ => Const::Float(sums[0] * scale),
     }
 }
+
+/// The derivative of [`fade`].
+fn fade_slope(t: f64) -> f64 {
+    30.0 * t * t * (t * (t - 2.0) + 1.0)
+}
+
+/// Row j: the derivatives of the first `components` components by coordinate j. By the product rule over each corner's
+/// weight, which is a product over the coordinates.
+pub(super) fn slopes(cells: &[Cell], components: usize) -> [f64; 16] {
+    let n = cells.len();
+    let mut out = [0.0; 16];
+    for corner in 0..1_u32 << n {
+        let upper = |k: usize| corner >> k & 1 == 1;
+        let word = |(k, c): (usize, &Cell)| if upper(k) { c.upper } else { c.lower };
+        let words: Vec<u32> = cells.iter().enumerate().map(word).collect();
+        let offset = |(k, c): (usize, &Cell)| c.fraction - f64::from(u8::from(upper(k)));
+        let offsets: Vec<f64> = cells.iter().enumerate().map(offset).collect();
+        let weight = |k: usize| if upper(k) { fade(cells[k].fraction) } else { 1.0 - fade(cells[k].fraction) };
+        let turn = |k: usize| if upper(k) { fade_slope(cells[k].fraction) } else { -fade_slope(cells[k].fraction) };
+        let h = hash(&words);
+        for component in 0..components {
+            let h = h >> (8 * component);
+            for j in 0..n {
+                let mut axis = vec![0.0; n];
+                axis[j] = 1.0;
+                let all: f64 = (0..n).map(weight).product();
+                let others: f64 = (0..n).filter(|k| *k != j).map(weight).product();
+                let slope = all * gradient(h, &axis) + turn(j) * others * gradient(h, &offsets);
+                out[4 * j + component] += SCALE[n - 1] * slope;
+            }
+        }
+    }
+    out
+}

@@ -71,8 +71,11 @@ fn one(x: f64, seed: u32) -> f64 {
     corner(0) + corner(1)
 }
 
+/// A corner of a cell: its lattice point, and the offset from it.
+type Corner = (Vec<u32>, Vec<f64>);
+
 /// The cell of the skewed lattice, then its corners in the order of the offsets' size.
-fn many(x: &[f64], seed: u32) -> f64 {
+fn corners(x: &[f64]) -> Vec<Corner> {
     let n = x.len();
     let root = (n as f64 + 1.0).sqrt();
     let skew = (root - 1.0) / n as f64;
@@ -84,19 +87,55 @@ fn many(x: &[f64], seed: u32) -> f64 {
     // How many other coordinates each one exceeds; which of two equal ones comes first does not matter.
     let exceeds = |a: usize, b: usize| if a < b { offset[a] >= offset[b] } else { offset[a] > offset[b] };
     let rank: Vec<usize> = (0..n).map(|a| (0..n).filter(|b| a != *b && exceeds(a, *b)).count()).collect();
-    let mut sum = 0.0;
+    let mut corners = Vec::with_capacity(n + 1);
     for corner in 0..=n {
         let steps: Vec<bool> = rank.iter().map(|r| r + corner >= n).collect();
         let point: Vec<u32> =
             origin.iter().zip(&steps).map(|(i, s)| (*i as i32 as u32).wrapping_add((*s).into())).collect();
         let back = corner as f64 * unskew;
         let d: Vec<f64> = offset.iter().zip(&steps).map(|(o, s)| o - f64::from(u8::from(*s)) + back).collect();
+        corners.push((point, d));
+    }
+    corners
+}
+
+fn many(x: &[f64], seed: u32) -> f64 {
+    let mut sum = 0.0;
+    for (point, d) in corners(x) {
         let r2: f64 = d.iter().map(|d| d * d).sum();
         // `max` would lose a NaN.
         let weight = if r2 > 0.5 { 0.0 } else { (0.5 - r2).powi(4) };
         sum += weight * gradient(&point, seed, &d);
     }
     sum
+}
+
+/// Row j: the derivatives of the first `components` components by coordinate j.
+pub(super) fn slopes(x: &[f64], components: usize) -> [f64; 16] {
+    let n = x.len();
+    // In one dimension the cell's two ends and another falloff.
+    let (corners, radius) = if n == 1 {
+        let cell = x[0].floor() as i32 as u32;
+        let f = x[0] - x[0].floor();
+        (vec![(vec![cell], vec![f]), (vec![cell.wrapping_add(1)], vec![f - 1.0])], 1.0)
+    } else {
+        (corners(x), 0.5)
+    };
+    let mut out = [0.0; 16];
+    for (point, d) in corners {
+        let r2: f64 = d.iter().map(|d| d * d).sum();
+        let t = if r2 > radius { 0.0 } else { radius - r2 };
+        for component in 0..components {
+            let along = gradient(&point, component as u32, &d);
+            for j in 0..n {
+                let mut axis = vec![0.0; n];
+                axis[j] = 1.0;
+                let slope = t.powi(4) * gradient(&point, component as u32, &axis) - 8.0 * t.powi(3) * d[j] * along;
+                out[4 * j + component] += SCALE[n - 1] * slope;
+            }
+        }
+    }
+    out
 }
 
 /// Simplex noise of a point.

@@ -7,6 +7,7 @@ use super::{Globals, call, call_with_outputs, ops, state, texture};
 use crate::builtins;
 use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, ValueId};
 use crate::messages::{self, Kind};
+use crate::text;
 
 /// Turns of all loops together before a run is given up.
 pub const MAX_TURNS: u64 = 1_000_000;
@@ -91,7 +92,12 @@ struct Run<'a> {
 pub fn run(shader: &Shader, globals: &Globals) -> Result<Outcome, Error> {
     // A closure that no pass removed holds an int until something uses it, which is an error.
     let empty = |ty: Ty| ops::zero(ty).unwrap_or(Const::Int(0));
+    let input = |index: u32| globals.input(shader.inputs.get(index as usize)?);
     let start = |local: &crate::ir::Local| match (local.kind, local.len) {
+        (LocalKind::Input(i), None) => input(i).unwrap_or_else(|| empty(local.ty)),
+        (LocalKind::Input(i), Some(len)) => {
+            input(i).unwrap_or_else(|| Const::Array(vec![empty(local.ty); len as usize]))
+        }
         (LocalKind::Global(g), None) => globals.value(g).unwrap_or_else(|| empty(local.ty)),
         (_, None) => empty(local.ty),
         (_, Some(len)) => Const::Array(vec![empty(local.ty); len as usize]),
@@ -187,9 +193,14 @@ impl Run<'_> {
                     return Ok(Flow::On);
                 }
                 let unknown = || Error::Unknown { shader: self.shader.name.clone(), function: name.to_owned() };
-                if result.is_some() {
-                    // No row of today returns a value beside its outputs.
-                    return Err(unknown());
+                if let (Some(result), [output]) = (result, outputs.as_slice()) {
+                    let room = if let Const::Array(items) = self.local(*output)? { items.len() } else { 0 };
+                    let (elements, value) = text::call_with_output(name, &args, room).ok_or_else(unknown)?;
+                    *self.local_mut(*result)? = value;
+                    if let Const::Array(items) = self.local_mut(*output)? {
+                        items.iter_mut().zip(elements).for_each(|(to, from)| *to = from);
+                    }
+                    return Ok(Flow::On);
                 }
                 let values = call_with_outputs(name, &args).ok_or_else(unknown)?;
                 for (output, value) in outputs.iter().zip(values) {
@@ -257,6 +268,8 @@ impl Run<'_> {
                 let args = self.args(args)?;
                 state::call(name, &args, self.globals)
                     .or_else(|| texture::call(name, value.ty, &args, self.globals.textures.as_ref()))
+                    // A name of nothing: what it asks for is zero.
+                    .or_else(|| if name == "unknown_name" { ops::zero(value.ty) } else { None })
                     .or_else(|| call(name, value.ty, &args))
                     .ok_or_else(|| Error::Unknown { shader: shader.name.clone(), function: name.to_owned() })
             }

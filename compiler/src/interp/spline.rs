@@ -48,6 +48,17 @@ fn spline(basis: &Basis, step: usize, x: f64, knots: &[f64]) -> f64 {
     basis.iter().fold(0.0, |sum, row| sum * t + coefficient(row))
 }
 
+/// By x; 0 beyond [0, 1], where the curve is constant.
+fn slope(basis: &Basis, step: usize, x: f64, knots: &[f64]) -> f64 {
+    if !(0.0..=1.0).contains(&x) {
+        return 0.0;
+    }
+    // The derivative's rows: 3 t^2, 2 t, 1.
+    let [cubic, square, line, _] = basis;
+    let derived = [[0.0; 4], cubic.map(|c| 3.0 * c), square.map(|c| 2.0 * c), *line];
+    segments(knots.len(), step) as f64 * spline(&derived, step, x, knots)
+}
+
 /// By halving, in the first segment whose ends bracket y.
 fn inverse(basis: &Basis, step: usize, y: f64, knots: &[f64]) -> f64 {
     let n = knots.len();
@@ -89,6 +100,10 @@ pub(super) fn call(name: &str, args: &[Const]) -> Option<Const> {
     let (inverts, kind) = match name.strip_prefix("splineinverse_") {
         Some(kind) => (true, kind),
         None => (false, name.strip_prefix("spline_")?),
+    };
+    let (kind, spline): (_, fn(&Basis, usize, f64, &[f64]) -> f64) = match kind.strip_suffix("_slope") {
+        Some(kind) => (kind, slope),
+        None => (kind, spline),
     };
     let (basis, step) = basis(kind)?;
     let x = float(args, 0)?;

@@ -3,7 +3,7 @@
 //! In: [`Globals`]. Out: the values of the globals and of the built-ins that read state. kernels/globals.h is its twin.
 
 use super::ops::IDENTITY;
-use crate::ir::{Const, Global};
+use crate::ir::{Const, Global, Input, Source};
 
 /// A space's two matrices, row-major for row vectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +59,10 @@ pub struct Globals {
     pub shader_space: Space,
     /// The camera's space.
     pub camera_space: Space,
+    /// Userdata that the geometry has here, by name.
+    pub userdata: Vec<(String, Const)>,
+    /// Values of interactive parameters, by the name of their [`Input`]; the others keep their defaults.
+    pub interactive: Vec<(String, Const)>,
     /// Who looks textures up.
     pub textures: Option<crate::textures::TextureAccess>,
     /// Screen, NDC, raster, then the renderer's own in the order of their names.
@@ -95,7 +99,39 @@ impl Globals {
             DTime => Const::Float(self.dtime),
             DPdtime => Const::Triple(self.dpdtime),
             Ci => return None,
+            DPdx => Const::Triple(self.dp[0]),
+            DPdy => Const::Triple(self.dp[1]),
+            DIdx => Const::Triple(self.di[0]),
+            DIdy => Const::Triple(self.di[1]),
+            DPsdx => Const::Triple(self.dps[0]),
+            DPsdy => Const::Triple(self.dps[1]),
+            DUdx => Const::Float(self.du[0]),
+            DUdy => Const::Float(self.du[1]),
+            DVdx => Const::Float(self.dv[0]),
+            DVdy => Const::Float(self.dv[1]),
         })
+    }
+
+    /// The value of an input; `None` where there is none of its type.
+    pub(super) fn input(&self, input: &Input) -> Option<Const> {
+        let list = match input.source {
+            Source::Userdata | Source::HasUserdata => &self.userdata,
+            Source::Interactive | Source::HasInteractive => &self.interactive,
+        };
+        let found = list.iter().find(|(name, _)| *name == input.name).map(|(_, c)| c);
+        match input.source {
+            Source::HasUserdata | Source::HasInteractive => Some(Const::Int(found.is_some().into())),
+            _ => {
+                let fits = |c: &&Const| match (c, input.len) {
+                    (Const::Array(items), Some(len)) => {
+                        items.len() == len as usize && items.iter().all(|c| c.ty() == Some(input.ty))
+                    }
+                    (Const::Array(_), None) | (_, Some(_)) => false,
+                    (c, None) => c.ty() == Some(input.ty),
+                };
+                found.filter(fits).or(input.default.as_ref()).cloned()
+            }
+        }
     }
 
     /// Spaces as `lower` numbers them: 0 common, 1 object, 2 shader, 3 camera, from 4 on the others.
@@ -116,6 +152,7 @@ impl Globals {
 pub(super) fn call(name: &str, args: &[Const], globals: &Globals) -> Option<Const> {
     Some(match (name, args) {
         ("surfacearea", []) => Const::Float(globals.surfacearea),
+        ("flip_handedness", []) => Const::Int(globals.flip_handedness.into()),
         ("backfacing", []) => Const::Int(globals.backfacing.into()),
         ("raytype_bit", [Const::Int(bit)]) => Const::Int((globals.raytype & bit != 0).into()),
         ("space_matrix", [Const::Int(number)]) => Const::Matrix(globals.space(*number).to_common),

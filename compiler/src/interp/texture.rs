@@ -78,8 +78,8 @@ fn options<'a>(args: &'a [Const], lookup: Lookup<'a>) -> Option<Lookup<'a>> {
         return None;
     };
     Some(Lookup {
-        wraps: [mode & 7, mode / MODE_T & 7, mode / MODE_R & 7],
-        interp: mode / MODE_INTERP & 3,
+        wraps: [mode & 7, (mode / MODE_T) & 7, (mode / MODE_R) & 7],
+        interp: (mode / MODE_INTERP) & 3,
         missing: (mode & MODE_MISSING != 0).then_some(*missing),
         first_channel: *first,
         subimage: *part,

@@ -11,11 +11,13 @@
 //! - Operands of [`Inst::Binary`] have equal types; conversions are explicit.
 //! - Parameters and shader globals are locals as well ([`LocalKind`]): their init runs before the body.
 
+mod inputs;
 mod print;
 mod read;
 mod verify;
 mod visit;
 
+pub use inputs::{InputLayout, numbers, slots_of};
 pub use print::print;
 pub use read::{ReadError, read};
 pub use verify::{VerifyError, verify};
@@ -23,6 +25,7 @@ pub use verify::{VerifyError, verify};
 use crate::builtins;
 use crate::source::Span;
 use crate::types;
+pub use crate::types::Traits;
 
 /// A type of the IR. Triples lose their kind: what depends on it (transforms) is resolved by `lower`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -63,7 +66,8 @@ pub struct LocalId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ValueId(pub u32);
 
-/// Shader globals (OSL specification ch. 6, "Global variables").
+/// Shader globals (OSL specification ch. 6, "Global variables"), and the derivatives of some of them by the pixel's x and y,
+/// which only passes put in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)] // The specification's names.
 pub enum Global {
@@ -80,13 +84,26 @@ pub enum Global {
     DTime,
     DPdtime,
     Ci,
+    DPdx,
+    DPdy,
+    DIdx,
+    DIdy,
+    DPsdx,
+    DPsdy,
+    DUdx,
+    DUdy,
+    DVdx,
+    DVdy,
 }
 
 impl Global {
     /// All of them, in declaration order.
-    pub const ALL: [Global; 13] = {
+    pub const ALL: [Global; 23] = {
         use Global::*;
-        [P, I, N, Ng, U, V, DPdu, DPdv, Ps, Time, DTime, DPdtime, Ci]
+        [
+            P, I, N, Ng, U, V, DPdu, DPdv, Ps, Time, DTime, DPdtime, Ci, DPdx, DPdy, DIdx, DIdy, DPsdx, DPsdy, DUdx,
+            DUdy, DVdx, DVdy,
+        ]
     };
 
     /// OSL's spelling; also the field name of `ShaderGlobals` in kernels/globals.h.
@@ -106,6 +123,16 @@ impl Global {
             DTime => "dtime",
             DPdtime => "dPdtime",
             Ci => "Ci",
+            DPdx => "dPdx",
+            DPdy => "dPdy",
+            DIdx => "dIdx",
+            DIdy => "dIdy",
+            DPsdx => "dPsdx",
+            DPsdy => "dPsdy",
+            DUdx => "dudx",
+            DUdy => "dudy",
+            DVdx => "dvdx",
+            DVdy => "dvdy",
         }
     }
 
@@ -116,7 +143,14 @@ impl Global {
             P | I | N | Ng | DPdu | DPdv | Ps | DPdtime => Ty::Triple,
             U | V | Time | DTime => Ty::Float,
             Ci => Ty::Closure,
+            DPdx | DPdy | DIdx | DIdy | DPsdx | DPsdy => Ty::Triple,
+            DUdx | DUdy | DVdx | DVdy => Ty::Float,
         }
+    }
+
+    /// Whether it is a derivative of another.
+    pub fn is_derivative(self) -> bool {
+        self > Global::Ci
     }
 }
 
@@ -129,6 +163,50 @@ pub enum LocalKind {
     Param(u32),
     /// A shader global, loaded from the renderer before anything runs.
     Global(Global),
+    /// The input with this index in [`Shader::inputs`], loaded from the renderer before anything runs; never written.
+    Input(u32),
+}
+
+/// Where an input comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// Data of the geometry at the point, by the parameter's name.
+    Userdata,
+    /// Int: whether the geometry has the userdata of this name here.
+    HasUserdata,
+    /// The present value of an interactive parameter.
+    Interactive,
+    /// Int: whether the interactive parameter of this name has a value that stands for its default.
+    HasInteractive,
+}
+
+impl Source {
+    /// One word for printed IR.
+    pub fn name(self) -> &'static str {
+        match self {
+            Source::Userdata => "userdata",
+            Source::HasUserdata => "has_userdata",
+            Source::Interactive => "interactive",
+            Source::HasInteractive => "has_interactive",
+        }
+    }
+}
+
+/// A value that the renderer supplies beside the globals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// Of userdata its name; of an interactive parameter its flattened name, in a group with its layer in front.
+    pub name: String,
+    /// Where it comes from.
+    pub source: Source,
+    /// Its type and length in OSL.
+    pub declared: types::Type,
+    /// Element type.
+    pub ty: Ty,
+    /// Array length; `None` for a single value.
+    pub len: Option<u32>,
+    /// What an interactive parameter starts with; an array for arrays. Userdata has none.
+    pub default: Option<Const>,
 }
 
 /// A mutable variable of the shader.
@@ -187,13 +265,16 @@ pub struct Param {
     pub output: bool,
     /// The local that holds it. An unsized array gets its length when bound; until then that of its default.
     pub local: LocalId,
-    /// `[[ int lockgeom = 0 ]]` or `interactive`: must not be folded.
+    /// `[[ int lockgeom = 0 ]]`, `interpolated` or `interactive`: must not be folded. `passes::link` makes what such a
+    /// parameter reads explicit and sets this to false.
     pub varying: bool,
     /// Stores the default into the local ("init ops"); may read earlier parameters and globals.
     /// `specialise` replaces it by the bound value.
     pub init: Block,
     /// The name in the shader source.
     pub span: Span,
+    /// What else its declaration says.
+    pub traits: Traits,
 }
 
 /// A closure call after `passes::closures`: a lobe whose weight and arguments sit in locals (or constants).
@@ -235,6 +316,8 @@ pub struct Shader {
     pub body: Block,
     /// Filled by `passes::closures`; empty before it.
     pub slots: Vec<LobeSlot>,
+    /// Filled by `passes::link`; empty before it.
+    pub inputs: Vec<Input>,
 }
 
 /// A computed value.

@@ -18,14 +18,30 @@ pub fn print(shader: &Shader) -> String {
             LocalKind::Param(n) => {
                 let _ = writeln!(p.out, " is param {n}");
             }
+            LocalKind::Input(n) => {
+                let _ = writeln!(p.out, " is input {n}");
+            }
             LocalKind::Global(g) => {
                 let _ = writeln!(p.out, " is global {}", g.name());
             }
         }
     }
+    for input in &shader.inputs {
+        let len = input.len.map_or(String::new(), |n| format!("[{n}]"));
+        let base = input.declared.base.keyword();
+        let default = input.default.as_ref().map_or(String::new(), |c| format!(" {}", constant(c)));
+        let source = input.source.name();
+        let _ = writeln!(p.out, "input {source} {}{len} {base:?} {:?}{default}", input.ty.code(), input.name);
+    }
     for param in &shader.params {
         let output = if param.output { " output" } else { "" };
-        let varying = if param.varying { " varying" } else { "" };
+        let mut varying = if param.varying { " varying" } else { "" }.to_owned();
+        let traits = param.traits;
+        for (is, word) in
+            [(traits.interactive, " interactive"), (traits.unconnectable, " unconnectable"), (traits.open, " open")]
+        {
+            varying.push_str(if is { word } else { "" });
+        }
         let base = param.declared.base.keyword();
         let _ = write!(p.out, "param L{} {base:?} {:?}{output}{varying} ", param.local.0, param.name);
         p.block(&param.init);

@@ -1,8 +1,8 @@
 //! Reads the text that [`super::print`] writes. For tests and tools; the compiler itself never needs it.
 
 use super::{
-    Arg, BinaryOp, Block, Const, Global, Inst, LobeSlot, Local, LocalId, LocalKind, Loop, Param, Shader, SlotArg, Stmt,
-    Ty, UnaryOp, Value, ValueId,
+    Arg, BinaryOp, Block, Const, Global, Input, Inst, LobeSlot, Local, LocalId, LocalKind, Loop, Param, Shader,
+    SlotArg, Source, Stmt, Traits, Ty, UnaryOp, Value, ValueId,
 };
 use crate::builtins;
 use crate::source::{FileId, Span};
@@ -30,10 +30,15 @@ pub fn read(text: &str) -> Result<Shader, ReadError> {
         values: Vec::new(),
         body: Block::default(),
         slots: Vec::new(),
+        inputs: Vec::new(),
     };
     loop {
         match r.word()?.as_str() {
             "local" => shader.locals.push(r.local()?),
+            "input" => {
+                let input = r.input()?;
+                shader.inputs.push(input);
+            }
             "param" => {
                 let param = r.param(&shader.locals)?;
                 shader.params.push(param);
@@ -210,20 +215,24 @@ impl Reader {
         })
     }
 
+    fn len(&mut self) -> Read<Option<u32>> {
+        if !self.take('[') {
+            return Ok(None);
+        }
+        let n = self.number()?;
+        self.punct(']')?;
+        Ok(Some(n))
+    }
+
     fn local(&mut self) -> Read<Local> {
         self.local_id()?;
         let ty = self.ty()?;
-        let len = if self.take('[') {
-            let n = self.number()?;
-            self.punct(']')?;
-            Some(n)
-        } else {
-            None
-        };
+        let len = self.len()?;
         let name = self.string()?;
         let kind = match self.take_word("is") {
             false => LocalKind::Variable,
             true if self.take_word("param") => LocalKind::Param(self.number()?),
+            true if self.take_word("input") => LocalKind::Input(self.number()?),
             true => {
                 self.word()?;
                 let word = self.word()?;
@@ -234,8 +243,7 @@ impl Reader {
         Ok(Local { name, ty, len, kind })
     }
 
-    fn param(&mut self, locals: &[Local]) -> Read<Param> {
-        let local = self.local_id()?;
+    fn base(&mut self) -> Read<Base> {
         let keyword = self.string()?;
         const BASES: [Base; 9] = [
             Base::Int,
@@ -250,13 +258,42 @@ impl Reader {
         ];
         let base = BASES.into_iter().find(|b| b.keyword() == keyword);
         let base = base.ok_or_else(|| self.error(format!("`{keyword}` is no type")))?;
+        Ok(base)
+    }
+
+    fn input(&mut self) -> Read<Input> {
+        use Source::*;
+        let word = self.word()?;
+        let source = [Userdata, HasUserdata, Interactive, HasInteractive].into_iter().find(|s| s.name() == word);
+        let source = source.ok_or_else(|| self.error(format!("`{word}` is no source of inputs")))?;
+        let ty = self.ty()?;
+        let len = self.len()?;
+        let base = self.base()?;
+        let name = self.string()?;
+        let constants = ["i", "f", "v", "m", "s", "a"];
+        let default = match self.tokens.get(self.at) {
+            Some((_, Token::Word(w))) if constants.contains(&w.as_str()) => Some(self.constant()?),
+            _ => None,
+        };
+        let declared = Type { base, extent: len.map_or(Extent::Scalar, Extent::Fixed) };
+        Ok(Input { name, source, declared, ty, len, default })
+    }
+
+    fn param(&mut self, locals: &[Local]) -> Read<Param> {
+        let local = self.local_id()?;
+        let base = self.base()?;
         let name = self.string()?;
         let output = self.take_word("output");
         let varying = self.take_word("varying");
+        let traits = Traits {
+            interactive: self.take_word("interactive"),
+            unconnectable: self.take_word("unconnectable"),
+            open: self.take_word("open"),
+        };
         let init = self.block()?;
         let len = locals.get(local.0 as usize).and_then(|l| l.len);
         let declared = Type { base, extent: len.map_or(Extent::Scalar, Extent::Fixed) };
-        Ok(Param { name, declared, output, local, varying, init, span: NOWHERE })
+        Ok(Param { name, declared, output, local, varying, init, span: NOWHERE, traits })
     }
 
     fn closure_id(&mut self) -> Read<builtins::ClosureId> {

@@ -52,6 +52,13 @@ impl Verifier<'_> {
             let local = self.local(param.local)?;
             ensure(local.kind == LocalKind::Param(i as u32), || format!("param {i}: its local is not its own"))?;
         }
+        for (i, local) in self.shader.locals.iter().enumerate() {
+            if let LocalKind::Input(n) = local.kind {
+                let input = self.shader.inputs.get(n as usize);
+                let fits = input.is_some_and(|input| (input.ty, input.len) == (local.ty, local.len));
+                ensure(fits, || format!("L{i}: there is no such input"))?;
+            }
+        }
         for param in &self.shader.params {
             self.block(&param.init)?;
         }

@@ -9,6 +9,15 @@ use crate::ir::{Arg, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
 use crate::source::Span;
 use crate::types::{Base, Type};
 
+/// A variable, or a field of one: what has storage of its own.
+fn is_whole(e: &Expr) -> bool {
+    match &e.kind {
+        ExprKind::Var(_) => true,
+        ExprKind::Field(base, _) => is_whole(base),
+        _ => false,
+    }
+}
+
 impl Lower<'_> {
     /// Lowers a call; the place of its result, unless it returns nothing.
     pub(super) fn call(&mut self, callee: &Callee, args: &[Expr], e: &Expr) -> Option<Place> {
@@ -42,7 +51,7 @@ impl Lower<'_> {
         let mut copy_back = Vec::new();
         for ((var, output), arg) in function.params.iter().zip(args) {
             let formal = tree.var(*var).ty;
-            let is_variable = matches!(arg.kind, ExprKind::Var(_));
+            let is_variable = is_whole(arg);
             // By reference: a variable is bound itself, as long as its type fits exactly.
             let storage = if is_variable && (arg.ty == formal || arg.ty.is_array()) {
                 match self.place(arg) {
@@ -51,7 +60,8 @@ impl Lower<'_> {
                 }
             } else if *output && arg.is_place() {
                 let place = self.place(arg);
-                let storage = self.storage(&tree.var(*var).name, formal, LocalKind::Variable);
+                let ty = if arg.ty.is_array() { arg.ty } else { formal };
+                let storage = self.storage(&tree.var(*var).name, ty, LocalKind::Variable);
                 self.copy(&Place::whole(storage.clone()), &place, arg.span);
                 copy_back.push((place, storage.clone(), arg.span));
                 storage

@@ -42,6 +42,7 @@ pub fn lower(checked: &Checked) -> Result<ir::Shader, Vec<Diagnostic>> {
             values: Vec::new(),
             body: Block::default(),
             slots: Vec::new(),
+            inputs: Vec::new(),
         },
         env: HashMap::new(),
         blocks: Vec::new(),
@@ -235,6 +236,7 @@ impl<'a> Lower<'a> {
                     varying: param.varying,
                     init,
                     span: var.span,
+                    traits: param.traits,
                 });
             }
             Storage::Struct(fields) => {

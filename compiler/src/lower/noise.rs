@@ -157,7 +157,7 @@ impl Lower<'_> {
     }
 
     /// The difference of a point between neighbouring pixels.
-    fn difference(&mut self, _row: &str, _p: ValueId, span: Span) -> ValueId {
-        self.zero(Type::scalar(Base::Vector), span)
+    fn difference(&mut self, row: &str, p: ValueId, span: Span) -> ValueId {
+        self.internal(row, arg_values(&[p]), Ty::Triple, span)
     }
 }

@@ -33,6 +33,17 @@ impl Place {
         Place::Stored(storage, None)
     }
 
+    /// The first of the locals that a whole variable lives in.
+    pub fn first_local(&self) -> Option<LocalId> {
+        let Place::Stored(mut storage, None) = self.clone() else { return None };
+        loop {
+            match storage {
+                Storage::Local(local) => return Some(local),
+                Storage::Struct(fields) => storage = fields.into_iter().next()?,
+            }
+        }
+    }
+
     /// A field of a struct place.
     fn field(self, index: u32) -> Place {
         match self {

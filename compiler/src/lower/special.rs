@@ -3,12 +3,12 @@
 //! A name that is a literal is resolved here. One that only a parameter's value tells becomes a chain of comparisons, which
 //! specialisation and folding cut down to one branch.
 
-use super::place::{Place, is_single};
+use super::place::{Place, Storage, is_single};
 use super::{Lower, ir_type};
 use crate::builtins;
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, BinaryOp, Const, Global, Inst, LocalId, Stmt, Ty, ValueId};
+use crate::ir::{Arg, BinaryOp, Const, Global, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
 use crate::messages::code;
 use crate::source::Span;
 use crate::types::{Base, Type};
@@ -60,6 +60,7 @@ impl Lower<'_> {
                 }
                 self.internal("faceforward_ref", arg_values(&values), ty, span)
             }
+            "aastep" => self.aastep(args, span),
             "transform" => self.transform(formals, args, e),
             "transformc" => self.transformc(args, span),
             "getmatrix" => return self.getmatrix(args, e),
@@ -86,14 +87,26 @@ impl Lower<'_> {
             "isdiffuseray" => self.ray_bit(2, span),
             "isglossyray" => self.ray_bit(3, span),
             "isshadowray" => self.ray_bit(1, span),
-            // A shader stands alone until there are groups.
-            "isconnected" => self.int(0, span),
-            "isconstant" => {
-                let constant = is_constant(&args[0]) as i32;
-                self.int(constant, span)
+            "isconnected" => match self.parameter(&args[0]) {
+                Some(name) => {
+                    let name = self.constant(Const::Str(name), span);
+                    self.internal("is_connected", vec![Arg::Value(name)], Ty::Int, span)
+                }
+                None => self.int(0, span),
+            },
+            // What folding makes of the value tells; arrays, structs and closures are no constants.
+            "isconstant" if super::place::is_single(args[0].ty) && args[0].ty.base != Base::Closure => {
+                let value = self.expr(&args[0]);
+                self.internal("is_constant", vec![Arg::Value(value)], Ty::Int, span)
+            }
+            "isconstant" => self.int(0, span),
+            "arraylength" if self.array(&args[0]).is_some_and(|l| self.is_open(l)) => {
+                let array = self.array(&args[0])?;
+                self.internal("array_length", vec![Arg::Array(array)], ty, span)
             }
             "arraylength" => {
-                let len = self.array(&args[0]).and_then(|l| self.out.locals[l.0 as usize].len);
+                // Of an array of structs, each field is an array of its length.
+                let len = self.place(&args[0]).first_local().and_then(|l| self.out.locals[l.0 as usize].len);
                 let len = len.or_else(|| match args[0].ty.extent {
                     crate::types::Extent::Fixed(n) => Some(n),
                     _ => None,
@@ -117,6 +130,27 @@ impl Lower<'_> {
             }
         };
         Some(Place::Value(value))
+    }
+
+    /// The flattened name of the shader's parameter that an expression names; of a struct its first field's.
+    fn parameter(&mut self, e: &Expr) -> Option<String> {
+        let Place::Stored(mut storage, None) = self.place(e) else { return None };
+        let local = loop {
+            match storage {
+                Storage::Local(local) => break local,
+                Storage::Struct(fields) => storage = fields.into_iter().next()?,
+            }
+        };
+        match self.out.locals[local.0 as usize].kind {
+            LocalKind::Param(index) => self.out.params.get(index as usize).map(|p| p.name.clone()),
+            _ => None,
+        }
+    }
+
+    /// Whether a local is an unsized parameter, whose length is known when the group is.
+    fn is_open(&self, local: LocalId) -> bool {
+        let LocalKind::Param(index) = self.out.locals[local.0 as usize].kind else { return false };
+        self.out.params.get(index as usize).is_some_and(|p| p.traits.open)
     }
 
     /// A statement that says something to the host.
@@ -258,6 +292,29 @@ impl Lower<'_> {
         self.internal("mix_float", arg_values(&[a, b, x]), ty, span)
     }
 
+    /// A step that is filtered by a box as wide as both widths together; those that are not given are filter widths.
+    fn aastep(&mut self, args: &[Expr], span: Span) -> ValueId {
+        let values = self.values(args);
+        let (edge, s) = (values[0], values[1]);
+        let widths = match values[2..] {
+            [dedge, ds] => [dedge, ds],
+            [ds] => [self.internal("filterwidth", arg_values(&[edge]), Ty::Float, span), ds],
+            _ => [edge, s].map(|v| self.internal("filterwidth", arg_values(&[v]), Ty::Float, span)),
+        };
+        let sizes = widths.map(|w| self.internal("fabs", arg_values(&[w]), Ty::Float, span));
+        let mut number = |c: f64| self.constant(Const::Float(c), span);
+        let (half, zero, one) = (number(0.5), number(0.0), number(1.0));
+        let mut binary = |op, a, b, ty| self.value(Inst::Binary(op, a, b), ty, span);
+        let width = binary(BinaryOp::Add, sizes[0], sizes[1], Ty::Float);
+        let half = binary(BinaryOp::Mul, half, width, Ty::Float);
+        let (low, high) = (binary(BinaryOp::Sub, edge, half, Ty::Float), binary(BinaryOp::Add, edge, half, Ty::Float));
+        let (below, above) = (binary(BinaryOp::Le, s, low, Ty::Int), binary(BinaryOp::Ge, s, high, Ty::Int));
+        let offset = binary(BinaryOp::Sub, s, low, Ty::Float);
+        let ramp = binary(BinaryOp::Div, offset, width, Ty::Float);
+        let upper = self.value(Inst::Select(above, one, ramp), Ty::Float, span);
+        self.value(Inst::Select(below, zero, upper), Ty::Float, span)
+    }
+
     fn select(&mut self, args: &[Expr], e: &Expr) -> ValueId {
         let span = e.span;
         let values = self.values(args);
@@ -380,7 +437,7 @@ impl Lower<'_> {
                 let ExprKind::Int(n) = count.kind else {
                     return self.spline_of_some(name, basis, position, count, whole, e);
                 };
-                if n < 1 || n as u32 > len {
+                if n < 1 || n as u32 > len && !self.is_open(whole) {
                     let message = format!("{n} knots are asked for, but the array has {len}");
                     self.error(Diagnostic::error("E2011", count.span, message));
                     return None;
@@ -500,17 +557,4 @@ impl Lower<'_> {
 
 pub(super) fn arg_values(values: &[ValueId]) -> Vec<Arg> {
     values.iter().map(|v| Arg::Value(*v)).collect()
-}
-
-/// What the compiler knows to be constant without specialisation: literals and arithmetic on them.
-fn is_constant(e: &Expr) -> bool {
-    match &e.kind {
-        ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) => true,
-        ExprKind::Convert(a) | ExprKind::Neg(a) | ExprKind::Not(a) | ExprKind::Compl(a) | ExprKind::Truth(a) => {
-            is_constant(a)
-        }
-        ExprKind::Binary(_, a, b) => is_constant(a) && is_constant(b),
-        ExprKind::Construct(parts) | ExprKind::List(parts) => parts.iter().all(is_constant),
-        _ => false,
-    }
 }

@@ -89,11 +89,9 @@ impl Parser {
         if let State::Version = self.state {
             return self.version(bare, span);
         }
-        if let Some(word) = bare.strip_prefix("%preprocessed_source") {
-            if word.is_empty() {
-                self.state = State::Ended;
-                return;
-            }
+        if bare == "%preprocessed_source" {
+            self.state = State::Ended;
+            return;
         }
         let tokens = match tokens(line, span) {
             Ok(tokens) => tokens,
@@ -102,7 +100,7 @@ impl Parser {
         match self.state {
             State::Shader => self.shader(tokens, span),
             State::Symbols | State::Code => match tokens.first() {
-                Some(Token::Word(w)) if w == "code" && !line.starts_with(['\t', ' ']) => self.section(&tokens, span),
+                Some(Token::Word(w)) if w == "code" => self.section(&tokens, span),
                 _ if matches!(self.state, State::Symbols) => self.symbol(tokens, span),
                 _ => self.operation(tokens, span),
             },

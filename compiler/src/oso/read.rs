@@ -6,6 +6,7 @@
 
 use super::read_call::{binary_op, literal_value, meta};
 use super::{Element, Literal, MAIN, Module, Op, SymId, Symbol, SymbolKind};
+use crate::ast::BinaryOp;
 use crate::builtins;
 use crate::check::typed::{
     Callee, Expr, ExprKind, Function, FunctionId, Param, Shader, Stmt, Struct, Var, VarId, VarKind,
@@ -14,7 +15,8 @@ use crate::check::{Checked, GLOBALS};
 use crate::diag::Diagnostic;
 use crate::reflect::{self, ShaderInfo, Value};
 use crate::source::Span;
-use crate::types::{Base, Extent, StructId, Type};
+use crate::types::{Base, Extent, StructId, Traits, Type};
+use std::collections::HashMap;
 
 /// Deepest nesting of branches, loops and inlined functions.
 const MAX_NESTING: usize = 1_000;
@@ -132,7 +134,7 @@ impl<'m> Reader<'m> {
         let (mut params, mut infos, mut structs) = (Vec::new(), Vec::new(), Vec::new());
         // The struct parameter whose fields are being read.
         let mut inside: Option<String> = None;
-        let mut varying = false;
+        let (mut varying, mut traits) = (false, Traits::default());
         for (i, symbol) in self.module.symbols.iter().enumerate() {
             if !symbol.kind.is_param() {
                 continue;
@@ -143,11 +145,7 @@ impl<'m> Reader<'m> {
             let output = symbol.kind == SymbolKind::OutputParam;
             if field.is_none() {
                 inside = None;
-                varying = metadata.iter().any(|m| match (m.name.as_str(), &m.value) {
-                    ("lockgeom", Some(Value::Int(0))) => true,
-                    ("interpolated" | "interactive", Some(Value::Int(v))) => *v != 0,
-                    _ => false,
-                });
+                (varying, traits) = reflect::hints(&metadata, false);
             }
             let Some(var) = self.var_of[i] else {
                 if let (Element::Struct(name), None) = (&symbol.ty.element, &field) {
@@ -184,9 +182,40 @@ impl<'m> Reader<'m> {
                     metadata,
                 });
             }
-            params.push(Param { var, output, init, varying });
+            let traits = Traits { open: symbol.ty.extent == Extent::Unsized, ..traits };
+            params.push(Param { var, output, init, varying, traits });
+        }
+        let symbols: HashMap<&str, &Symbol> = self.module.symbols.iter().map(|s| (s.name.as_str(), s)).collect();
+        for info in infos.iter_mut().filter(|i| !i.fields.is_empty()) {
+            info.default = self.struct_default(&info.name, &symbols, 0);
         }
         (params, infos, structs)
+    }
+
+    /// The defaults of a struct's fields, when all are values.
+    fn struct_default(&self, name: &str, symbols: &HashMap<&str, &Symbol>, depth: usize) -> Option<Value> {
+        let symbol = symbols.get(name)?;
+        let Element::Struct(_) = symbol.ty.element else {
+            let computed = self.module.sections.iter().any(|(n, _)| n == name);
+            return literal_value(symbol).filter(|_| !computed);
+        };
+        if depth > MAX_NESTING {
+            return None;
+        }
+        let names = &symbol.hint("structfields")?.args;
+        let fields = names.iter().map(|f| self.struct_default(&format!("{name}.{}", f.text()), symbols, depth + 1));
+        let fields: Vec<Value> = fields.collect::<Option<_>>()?;
+        let Extent::Fixed(n) = symbol.ty.extent else { return Some(Value::List(fields)) };
+        // Of an array of structs, each field is an array: turned round, an array of structs again.
+        let element = |i: usize| {
+            let part = |field: &Value| match field {
+                Value::List(items) => items.get(i).cloned(),
+                _ => None,
+            };
+            fields.iter().map(part).collect::<Option<Vec<_>>>().map(Value::List)
+        };
+        let shortest = fields.iter().map(|f| if let Value::List(l) = f { l.len() } else { 0 }).min().unwrap_or(0);
+        (0..shortest.min(n as usize)).map(element).collect::<Option<Vec<_>>>().map(Value::List)
     }
 
     /// A parameter's default: its values, or a call of what its code section becomes.
@@ -486,6 +515,8 @@ impl<'m> Reader<'m> {
                 assign(self.target(op, 0)?, value)
             }
             name => match binary_op(name) {
+                // Of floats, `mod` is what the function `fmod` is.
+                Some(BinaryOp::Mod) if self.arg(op, 0)?.ty != Type::INT => self.builtin(op),
                 Some(operator) if op.args.len() == 3 => {
                     let value = self.binary(op, operator)?;
                     assign(self.target(op, 0)?, value)

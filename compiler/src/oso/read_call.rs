@@ -17,6 +17,8 @@ pub(super) fn binary_op(name: &str) -> Option<BinaryOp> {
         "sub" => BinaryOp::Sub,
         "mul" => BinaryOp::Mul,
         "div" => BinaryOp::Div,
+        // The operator `%`; the function `mod`, which rounds down, is written as the operations that it is made of.
+        "mod" => BinaryOp::Mod,
         "shl" => BinaryOp::Shl,
         "shr" => BinaryOp::Shr,
         "lt" => BinaryOp::Lt,
@@ -38,6 +40,7 @@ pub(super) fn binary_op(name: &str) -> Option<BinaryOp> {
 fn row_name(name: &str) -> &str {
     match name {
         "transformv" | "transformn" => "transform",
+        "mod" => "fmod",
         "strtof" => "stof",
         "strtoi" => "stoi",
         name => name,
@@ -259,13 +262,15 @@ impl Reader<'_> {
             return Err(unfit(op, format!("{reason} `{name}`{end}")));
         };
         let formals = sig::closure_formals(id);
+        let options = args.split_off(formals.len());
         let mut fitting = Vec::with_capacity(args.len());
-        for (i, arg) in args.into_iter().enumerate() {
-            fitting.push(match formals.get(i).and_then(|f| f.ty) {
+        for (formal, arg) in formals.iter().zip(args) {
+            fitting.push(match formal.ty {
                 Some(ty) => fitted(op, arg, ty)?,
                 None => arg,
             });
         }
+        fitting.extend(closure_options(op, id, options)?);
         let callee = Callee::Closure { id, formals: formals.len() };
         let ty = Type::scalar(Base::Closure);
         let call = Expr { kind: ExprKind::Call(callee, fitting), ty, span: op.span };
@@ -350,10 +355,11 @@ impl Reader<'_> {
         Ok(Expr { kind: ExprKind::Assign(Box::new(to), Box::new(value)), ty, span: op.span })
     }
 
-    /// An argument. `isconnected` may ask for a struct parameter: its first field stands for it.
+    /// An argument. `isconnected` may ask for a struct parameter, `arraylength` for an array of structs: the first field
+    /// stands for it.
     fn any_arg(&self, op: &Op, index: usize, name: &str) -> Fit<Expr> {
         let symbol = self.module.symbol(op.args[index]);
-        if name == "isconnected" && matches!(symbol.ty.element, Element::Struct(_)) {
+        if matches!(name, "isconnected" | "arraylength") && matches!(symbol.ty.element, Element::Struct(_)) {
             let inside = format!("{}.", symbol.name);
             let field = self.module.symbols.iter().position(|s| s.name.starts_with(&inside) && s.ty.base().is_some());
             if let Some(field) = field {
@@ -362,6 +368,37 @@ impl Reader<'_> {
         }
         self.arg(op, index)
     }
+}
+
+/// Pairs of a token and its value as the tree has them: a value per token of the closure's row, then the label. Tokens that
+/// the closure does not know are left out, as from OSL.
+fn closure_options(op: &Op, id: ClosureId, given: Vec<Expr>) -> Fit<Vec<Expr>> {
+    let keys = sig::closure_keys(id);
+    let mut values: Vec<Option<Expr>> = vec![None; keys.len()];
+    let mut label = None;
+    let mut given = given.into_iter();
+    while let Some(token) = given.next() {
+        let Some(value) = given.next() else { return Err(unfit(op, "has a token without a value")) };
+        let text = match token.kind {
+            ExprKind::Str(text) => text,
+            _ if token.ty == Type::STRING => continue,
+            _ => return Err(unfit(op, "needs pairs of a token and its value behind its arguments")),
+        };
+        if text == "label" {
+            label = Some(fitted(op, value, Type::STRING)?);
+        } else if let Some(index) = keys.iter().position(|k| k.token == text) {
+            values[index] = Some(fitted(op, value, keys[index].ty)?);
+        }
+    }
+    let default = |key: &sig::Key| {
+        let kind = match key.ty.base {
+            Base::Int => ExprKind::Int(key.default as i32),
+            _ => ExprKind::Float(key.default),
+        };
+        Expr { kind, ty: key.ty, span: op.span }
+    };
+    let all = keys.iter().zip(values).map(|(key, value)| value.unwrap_or_else(|| default(key)));
+    Ok(all.chain(label).collect())
 }
 
 /// A stand-in for a value of a type, to see whether it fits.

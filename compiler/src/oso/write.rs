@@ -11,7 +11,7 @@ use crate::check::typed::{Expr, ExprKind, Shader, Stmt, VarId};
 use crate::diag::Diagnostic;
 use crate::source::{SourceMap, Span};
 use crate::types::Type;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Most operations of a module: inlining multiplies code, and this bounds it.
 const MAX_OPS: usize = 1_000_000;
@@ -35,6 +35,7 @@ pub fn write(checked: &Checked, sources: &SourceMap, comments: Vec<String>) -> R
         env: HashMap::new(),
         constants: HashMap::new(),
         temps: 0,
+        written: super::write_call::written_variables(shader),
         frames: Vec::new(),
         at: None,
         errors: Vec::new(),
@@ -42,8 +43,8 @@ pub fn write(checked: &Checked, sources: &SourceMap, comments: Vec<String>) -> R
     for (param, info) in shader.params.iter().zip(&checked.info.params) {
         writer.param(param, info);
     }
-    for (param, info) in shader.params.iter().zip(&checked.info.params) {
-        writer.param_default(param, info);
+    for param in &shader.params {
+        writer.param_default(param);
     }
     writer.section(MAIN);
     writer.frames.push(Frame { result: None, nesting: 0, function: false });
@@ -70,6 +71,8 @@ pub(super) struct Writer<'a> {
     /// Constants by type and bits.
     pub constants: HashMap<String, SymId>,
     pub temps: u32,
+    /// What functions assign.
+    pub written: HashSet<VarId>,
     pub frames: Vec<Frame>,
     /// File and line of the operations being written.
     pub at: Option<(u32, u32)>,

@@ -3,13 +3,14 @@
 //! In: calls. Out: operations and the symbols of results. It must not know statements.
 
 use super::write::{Frame, Writer};
-use super::write_expr::is_struct;
+use super::write_expr::{is_struct, parts};
 use super::write_symbols::{Home, Place};
 use super::{Access, SymId, SymbolKind};
-use crate::builtins;
-use crate::check::typed::{Callee, Expr, ExprKind, FunctionId};
+use crate::builtins::{self, sig};
+use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt, VarId};
 use crate::diag::Diagnostic;
 use crate::types::{Base, Type};
+use std::collections::HashSet;
 
 /// Built-ins that write an argument behind their formals: the last one, or the values of some tokens.
 enum Written {
@@ -35,9 +36,24 @@ impl Writer<'_> {
         let result = match callee {
             Callee::User(id) => self.inline(*id, args, e),
             Callee::Builtin { id, outputs, .. } => self.builtin(builtins::row(*id).name, outputs, args, e, wanted),
-            Callee::Closure { id, .. } => {
+            Callee::Closure { id, formals } => {
                 let name = self.string(builtins::closure(*id).name);
-                let mut symbols: Vec<SymId> = args.iter().map(|a| self.value(a, None)).collect();
+                let mut symbols = self.values(&args[..*formals]);
+                // Behind the formals the tree has a value per token, then the label: pairs again in the file.
+                let keys = sig::closure_keys(*id);
+                for (i, value) in args[*formals..].iter().enumerate() {
+                    let token = keys.get(i).map_or("label", |k| k.token);
+                    let default = match (&value.kind, keys.get(i)) {
+                        (ExprKind::Int(v), Some(key)) => f64::from(*v) == key.default,
+                        (ExprKind::Float(v), Some(key)) => *v == key.default,
+                        _ => false,
+                    };
+                    if !default {
+                        let token = self.string(token);
+                        let value = self.value(value, None);
+                        symbols.extend([token, value]);
+                    }
+                }
                 let to = self.target(wanted, e.ty);
                 symbols.splice(0..0, [to, name]);
                 let access = format!("w{}", "r".repeat(symbols.len() - 1));
@@ -66,11 +82,14 @@ impl Writer<'_> {
             let formal = tree.var(*var).ty;
             let exact = arg.ty == formal || arg.ty.is_array();
             let home = match &arg.kind {
-                // By reference: a variable is bound itself, as long as its type fits exactly.
-                ExprKind::Var(id) if exact => self.variable(*id),
+                // By reference: a variable or a field of one is bound itself, as long as its type fits exactly.
+                ExprKind::Var(_) | ExprKind::Field(..) if exact && is_whole(arg) => match self.place(arg) {
+                    Place::Home(home) => home,
+                    _ => continue,
+                },
                 _ if *output => {
                     let place = self.place(arg);
-                    let home = self.temp(formal);
+                    let home = self.temp(if arg.ty.is_array() { arg.ty } else { formal });
                     self.copy(&Place::Home(home.clone()), &place);
                     copy_back.push((place, home.clone()));
                     home
@@ -83,8 +102,11 @@ impl Writer<'_> {
                 _ => {
                     let value = self.value(arg, None);
                     let symbol = self.module.symbol(value);
-                    // Nothing else changes a constant or a temporary.
-                    let own = matches!(symbol.kind, SymbolKind::Const | SymbolKind::Temp);
+                    // Nothing else changes a constant or a temporary, unless the function does.
+                    let own = match symbol.kind {
+                        SymbolKind::Const => !self.written.contains(var),
+                        kind => kind == SymbolKind::Temp,
+                    };
                     if own && (arg.ty.is_array() || self.type_of(value) == formal) {
                         Home::One(value)
                     } else {
@@ -186,6 +208,62 @@ impl Writer<'_> {
             self.store(&place, value);
         }
         result.map(Home::One)
+    }
+}
+
+/// The variables that anything in the shader's functions assigns.
+pub(super) fn written_variables(tree: &Shader) -> HashSet<VarId> {
+    let mut out = HashSet::new();
+    let mut todo: Vec<&Expr> = Vec::new();
+    let mut blocks: Vec<&[Stmt]> = tree.functions.iter().filter_map(|f| f.body.as_deref()).collect();
+    while let Some(block) = blocks.pop() {
+        for stmt in block {
+            match stmt {
+                Stmt::Declare(_, e) | Stmt::Return(e, _) => todo.extend(e),
+                Stmt::Expr(e) => todo.push(e),
+                Stmt::Block(b) => blocks.push(b),
+                Stmt::If(c, a, b) => {
+                    todo.push(c);
+                    blocks.extend([a.as_slice(), b]);
+                }
+                Stmt::Loop { cond, step, body, .. } => {
+                    todo.extend(cond.iter().chain(step));
+                    blocks.push(body);
+                }
+                Stmt::Break | Stmt::Continue => {}
+            }
+        }
+    }
+    while let Some(e) = todo.pop() {
+        match &e.kind {
+            ExprKind::Assign(to, _) | ExprKind::AssignOp(_, to, _) | ExprKind::IncDec(_, to) => out.extend(root(to)),
+            // Any argument may be an output.
+            ExprKind::Call(_, args) => out.extend(args.iter().filter_map(root)),
+            _ => {}
+        }
+        todo.extend(parts(e));
+    }
+    out
+}
+
+/// The variable that a place is part of.
+fn root(e: &Expr) -> Option<VarId> {
+    match &e.kind {
+        ExprKind::Var(id) => Some(*id),
+        ExprKind::Index(base, _)
+        | ExprKind::Component(base, _)
+        | ExprKind::Element(base, ..)
+        | ExprKind::Field(base, _) => root(base),
+        _ => None,
+    }
+}
+
+/// A variable, or a field of one: what has symbols of its own.
+fn is_whole(e: &Expr) -> bool {
+    match &e.kind {
+        ExprKind::Var(_) => true,
+        ExprKind::Field(base, _) => is_whole(base),
+        _ => false,
     }
 }
 

@@ -6,7 +6,7 @@ use super::write::Writer;
 use super::write_symbols::{Home, Place};
 use super::{Literal, SymId, SymbolKind};
 use crate::ast::{BinaryOp, IncDecOp};
-use crate::check::typed::{Expr, ExprKind};
+use crate::check::typed::{Callee, Expr, ExprKind};
 use crate::types::{Base, Extent, Type};
 
 /// The operation of a binary operator.
@@ -289,7 +289,7 @@ impl Writer<'_> {
         match (&inner.kind, to.base) {
             (ExprKind::Int(v), Base::Float) => return self.float(f64::from(*v)),
             (ExprKind::Int(v), Base::Matrix) => {
-                return self.assigned(inner.ty, to, Literal::Float(f64::from(*v)), wanted);
+                return self.assigned(to, f64::from(*v), wanted);
             }
             (ExprKind::Int(v), b) if b.is_triple() => {
                 return self.constant(to, vec![Literal::Float(f64::from(*v)); 3]);
@@ -320,8 +320,9 @@ impl Writer<'_> {
         id
     }
 
-    fn assigned(&mut self, _from: Type, to: Type, value: Literal, wanted: Option<SymId>) -> SymId {
-        let value = self.constant(Type::FLOAT, vec![value]);
+    /// A number as a value of a wider type.
+    fn assigned(&mut self, to: Type, value: f64, wanted: Option<SymId>) -> SymId {
+        let value = self.float(value);
         let id = self.target(wanted, to);
         self.op("assign", "wr", &[id, value]);
         id
@@ -334,7 +335,7 @@ impl Writer<'_> {
                 return self.constant(ty, parts);
             }
         }
-        let mut symbols: Vec<SymId> = args.iter().map(|a| self.value(a, None)).collect();
+        let mut symbols = self.values(args);
         let to = self.target(wanted, ty);
         symbols.insert(0, to);
         let access = format!("w{}", "r".repeat(args.len()));
@@ -474,25 +475,63 @@ pub(super) fn is_struct(ty: Type) -> bool {
     matches!(ty.base, Base::Struct(_))
 }
 
+/// The expressions right inside one.
+pub(super) fn parts(e: &Expr) -> Vec<&Expr> {
+    match &e.kind {
+        ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::Var(_) => Vec::new(),
+        ExprKind::Field(a, _)
+        | ExprKind::Convert(a)
+        | ExprKind::Truth(a)
+        | ExprKind::Neg(a)
+        | ExprKind::Not(a)
+        | ExprKind::Compl(a)
+        | ExprKind::IncDec(_, a) => vec![a],
+        ExprKind::Index(a, b)
+        | ExprKind::Component(a, b)
+        | ExprKind::Binary(_, a, b)
+        | ExprKind::Assign(a, b)
+        | ExprKind::AssignOp(_, a, b) => vec![a, b],
+        ExprKind::Element(a, b, c) | ExprKind::Ternary(a, b, c) => vec![a, b, c],
+        ExprKind::Call(_, list) | ExprKind::Construct(list) | ExprKind::List(list) | ExprKind::Comma(list) => {
+            list.iter().collect()
+        }
+    }
+}
+
 /// Whether evaluating it may change a variable.
 fn has_effect(e: &Expr) -> bool {
     let mut todo = vec![e];
     while let Some(e) = todo.pop() {
         match &e.kind {
-            ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::Var(_) => {}
-            ExprKind::Assign(..) | ExprKind::AssignOp(..) | ExprKind::IncDec(..) | ExprKind::Call(..) => return true,
-            ExprKind::Field(a, _)
-            | ExprKind::Convert(a)
-            | ExprKind::Truth(a)
-            | ExprKind::Neg(a)
-            | ExprKind::Not(a)
-            | ExprKind::Compl(a) => todo.push(a),
-            ExprKind::Index(a, b) | ExprKind::Component(a, b) | ExprKind::Binary(_, a, b) => todo.extend([&**a, &**b]),
-            ExprKind::Element(a, b, c) | ExprKind::Ternary(a, b, c) => todo.extend([&**a, &**b, &**c]),
-            ExprKind::Construct(list) | ExprKind::List(list) | ExprKind::Comma(list) => todo.extend(list),
+            ExprKind::Assign(..) | ExprKind::AssignOp(..) | ExprKind::IncDec(..) => return true,
+            ExprKind::Call(Callee::User(_), _) => return true,
+            // What follows the formals may be written too.
+            ExprKind::Call(Callee::Builtin { outputs, formals, .. }, args)
+                if outputs.contains(&true) || args.len() > formals.len() =>
+            {
+                return true;
+            }
+            _ => {}
         }
+        todo.extend(parts(e));
     }
     false
+}
+
+impl Writer<'_> {
+    /// The values of arguments, as they are before any of them changes a variable.
+    pub(super) fn values(&mut self, args: &[Expr]) -> Vec<SymId> {
+        let mut out = Vec::with_capacity(args.len());
+        let last_effect = args.iter().rposition(has_effect);
+        for (i, arg) in args.iter().enumerate() {
+            let value = self.value(arg, None);
+            // Structs and arrays are passed as they are.
+            let movable = !is_struct(arg.ty) && !arg.ty.is_array();
+            let kept = movable && last_effect.is_some_and(|last| i < last);
+            out.push(if kept { self.kept(value) } else { value });
+        }
+        out
+    }
 }
 
 /// A literal of a base type that is one int, float or string.

@@ -233,13 +233,13 @@ impl Writer<'_> {
     }
 
     /// Values of a parameter's default, or a section of code for each symbol whose value must be computed.
-    pub(super) fn param_default(&mut self, param: &Param, _info: &reflect::Param) {
+    pub(super) fn param_default(&mut self, param: &Param) {
         let Some(home) = self.env.get(&param.var).cloned() else { return };
-        self.leaf_default(&home, param.init.as_ref(), &mut Vec::new(), param);
+        self.leaf_default(&home, param.init.as_ref(), &mut Vec::new());
     }
 
     /// `path` leads from the parameter to this leaf; `init` is this leaf's own, or absent below an expression.
-    fn leaf_default(&mut self, home: &Home, init: Option<&Expr>, path: &mut Vec<usize>, param: &Param) {
+    fn leaf_default(&mut self, home: &Home, init: Option<&Expr>, path: &mut Vec<usize>) {
         if let Home::Fields(id, fields) = home {
             let items = match init.map(|e| &e.kind) {
                 Some(ExprKind::List(items)) => Some(items),
@@ -254,7 +254,7 @@ impl Writer<'_> {
                         self.computed(field, init, path);
                         path.pop();
                     }
-                    (Some(items), false) => self.leaf_default(field, items.get(i), path, param),
+                    (Some(items), false) => self.leaf_default(field, items.get(i), path),
                     // An array of structs: constants are told apart by field.
                     (Some(items), true) => {
                         let parts: Option<Vec<Value>> = items.iter().map(|e| part(constant::value(e)?, i)).collect();
@@ -267,7 +267,7 @@ impl Writer<'_> {
                             }
                         }
                     }
-                    (None, _) => self.leaf_default(field, None, path, param),
+                    (None, _) => self.leaf_default(field, None, path),
                 }
             }
             return;

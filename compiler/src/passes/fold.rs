@@ -5,11 +5,13 @@
 //! Identities are applied where they are exact; a closure scaled by the constant 0 is the null closure.
 
 use super::unroll;
+use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::interp::{self, ops};
 use crate::ir::{
-    Arg, BinaryOp, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, UnaryOp, ValueId,
+    Arg, BinaryOp, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, UnaryOp, Value, ValueId,
 };
+use crate::source::Span;
 use std::collections::HashMap;
 
 /// Folds the whole shader.
@@ -237,6 +239,11 @@ impl Folder<'_> {
                         *v = self.resolve(*v);
                     }
                 }
+                if let (Some(result), [output]) = (result, outputs.as_slice())
+                    && self.fold_call(func, &args, *output, result, span, out)
+                {
+                    return;
+                }
                 outputs.iter().chain(&result).for_each(|l| self.state.forget(*l));
                 out.stmts.push(Stmt::Call { func, args, outputs, result, span });
             }
@@ -244,6 +251,42 @@ impl Folder<'_> {
             Stmt::Loop(l) => self.loop_(*l, out),
             jump => out.stmts.push(jump),
         }
+    }
+
+    /// Carries out a call on constants that writes to an array and returns something.
+    fn fold_call(
+        &mut self,
+        func: builtins::FuncId,
+        args: &[Arg],
+        output: LocalId,
+        result: LocalId,
+        span: Span,
+        out: &mut Block,
+    ) -> bool {
+        let constant = |a: &Arg| match a {
+            Arg::Value(v) => self.const_of(*v).cloned(),
+            Arg::Array(_) => None,
+        };
+        let Some(args) = args.iter().map(constant).collect::<Option<Vec<_>>>() else { return false };
+        let room = self.shader.locals[output.0 as usize].len.unwrap_or(0);
+        let Some((elements, value)) = interp::fold_call_with_output(func, &args, room as usize) else { return false };
+        for (i, element) in elements.into_iter().enumerate() {
+            let [index, element] = [Const::Int(i as i32), element].map(|c| self.constant(c, span, out));
+            self.store_element(output, index, element);
+            out.stmts.push(Stmt::StoreElem(output, index, element));
+        }
+        let value = self.constant(value, span, out);
+        self.stmt(Stmt::Store(result, value), out);
+        true
+    }
+
+    fn constant(&mut self, c: Const, span: Span, out: &mut Block) -> ValueId {
+        let id = ValueId(self.shader.values.len() as u32);
+        let ty = c.ty().unwrap_or(Ty::Int);
+        self.shader.values.push(Value { inst: Inst::Const(c), ty, span });
+        self.same.push(id);
+        out.stmts.push(Stmt::Let(id));
+        id
     }
 
     fn store_element(&mut self, local: LocalId, index: ValueId, value: ValueId) {

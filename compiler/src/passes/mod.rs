@@ -7,44 +7,73 @@
 //! unrolled, `E4004` closures not supported yet here, `E4005` too many closure calls; of the review `E3001` a call that only
 //! the host can carry out, `E3003` an unknown name, `W2003` an odd number of knots, `W3001` an unknown distribution.
 
+mod cases;
 mod closures;
 mod dead;
+mod derivatives;
 mod fold;
 pub mod link;
 mod prune;
 mod review;
 mod specialise;
+mod strings;
 mod textures;
 mod unroll;
 
 pub use closures::closures;
+pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
+pub(crate) use specialise::fitted;
 pub use specialise::specialise;
 pub use textures::{TextureUse, textures};
 
+use crate::builtins;
 use crate::diag::Diagnostic;
-use crate::ir::{Const, Shader, verify};
+use crate::ir::{Const, Inst, Shader, verify};
 use crate::textures::TextureAccess;
 
-/// Binds parameters and reduces the shader to what its lobes and the named output parameters need.
-///
-/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, prune; the last two again, since
-/// dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned.
+/// Rounds of `cases`: functions of choices inside each other.
+const MAX_ROUNDS: u32 = 16;
+
+/// Who carries out the result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Target {
+    /// An OpenCL device: strings are ids, so that what looks into them has to be gone.
+    #[default]
+    Device,
+    /// The interpreter.
+    Host,
+}
+
+/// What a run of the passes depends on beside the shader.
+#[derive(Clone, Copy, Default)]
+pub struct Settings<'a> {
+    /// Who carries out the result.
+    pub target: Target,
+    /// Who answers `gettextureinfo`.
+    pub textures: Option<&'a TextureAccess>,
+}
+
+/// Binds parameters and reduces the shader to what its lobes and the named output parameters need, for a device.
 pub fn optimise(
     shader: &mut Shader,
     bindings: &[(String, Const)],
     outputs: &[String],
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
-    optimise_with(shader, bindings, outputs, None)
+    optimise_with(shader, bindings, outputs, &Settings::default())
 }
 
-/// As [`optimise`], with somebody who answers `gettextureinfo`.
+/// As [`optimise`], with settings.
+///
+/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, cases, fold,
+/// prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
+/// are returned.
 pub fn optimise_with(
     shader: &mut Shader,
     bindings: &[(String, Const)],
     outputs: &[String],
-    files: Option<&TextureAccess>,
+    settings: &Settings<'_>,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let _span = tracing::debug_span!("optimise", shader = shader.name).entered();
     let check = |shader: &Shader, pass: &str| {
@@ -55,17 +84,26 @@ pub fn optimise_with(
         }
     };
     check(shader, "lower");
+    link::settle_alone(shader);
     specialise(shader, bindings)?;
     check(shader, "specialise");
     fold(shader)?;
     check(shader, "fold");
-    textures::answer(shader, files)?;
+    textures::answer(shader, settings.textures)?;
     check(shader, "textures");
     closures(shader)?;
     check(shader, "closures");
     fold(shader)?;
     check(shader, "fold");
-    review::refuse_calls(shader)?;
+    // What a case yields may be a choice again, of which the next call has cases.
+    let mut rounds = 0;
+    while rounds < MAX_ROUNDS && cases::cases(shader) {
+        check(shader, "cases");
+        fold(shader)?;
+        check(shader, "fold");
+        rounds += 1;
+    }
+    review::refuse_calls(shader, settings.target)?;
     prune(shader, outputs);
     check(shader, "prune");
     let reduce = |shader: &mut Shader| {
@@ -76,12 +114,32 @@ pub fn optimise_with(
         Ok::<(), Vec<Diagnostic>>(())
     };
     reduce(shader)?;
-    let (warnings, changed) = review::review(shader)?;
+    if not_constant(shader) {
+        reduce(shader)?;
+    }
+    let (warnings, changed) = review::review(shader, settings.target)?;
     if changed {
         check(shader, "review");
+        reduce(shader)?;
+    }
+    if derivatives(shader) {
+        check(shader, "derivatives");
         reduce(shader)?;
     }
     textures::textures(shader)?;
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     Ok(warnings)
+}
+
+/// Answers `isconstant` with 0 where folding found no constant; whether there was such a call.
+fn not_constant(shader: &mut Shader) -> bool {
+    let Some(row) = builtins::find("is_constant") else { return false };
+    let mut changed = false;
+    for value in &mut shader.values {
+        if matches!(value.inst, Inst::Call(func, _) if func == row) {
+            value.inst = Inst::Const(Const::Int(0));
+            changed = true;
+        }
+    }
+    changed
 }

@@ -1,22 +1,25 @@
 //! Looks at what folding left, for what the device would answer wrongly without a word.
 //!
 //! In: folded and pruned IR. Out: errors for calls that only the host can carry out and for names that are none of the
-//! known ones; warnings for names of distributions and numbers of knots that the kernels take as something else. Strings
-//! are followed back to the constants they can be: a choice among known names works on the device.
+//! known ones; warnings for names of distributions and numbers of knots that the kernels take as something else. For the host
+//! nothing is refused but what nobody carries out.
 
+use super::Target;
+use super::strings::Strings;
 use crate::builtins::{self, Lowering};
 use crate::diag::Diagnostic;
 use crate::interp::ops;
-use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, Shader, SlotArg, Stmt, Ty, Value, ValueId};
+use crate::ir::{Arg, BinaryOp, Const, Inst, Shader, SlotArg, Stmt, Ty, Value, ValueId};
 use crate::suggest;
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::BTreeSet;
 
 /// Microfacet distributions that kernels/bsdf/distribution.h knows.
 const DISTRIBUTIONS: [&str; 3] = ["ggx", "beckmann", "default"];
 
 /// Refuses built-ins that are not supported, and statements that only the host could carry out, such as `printf`. To be
 /// called before pruning, which drops what nothing uses: such a call may write to more than its result.
-pub(super) fn refuse_calls(shader: &Shader) -> Result<(), Vec<Diagnostic>> {
+pub(super) fn refuse_calls(shader: &Shader, target: Target) -> Result<(), Vec<Diagnostic>> {
+    let is_host = |func| target == Target::Device && is_host(func);
     let mut errors = Vec::new();
     for block in shader.blocks() {
         block.walk(&mut |s| {
@@ -50,7 +53,7 @@ fn add(list: &mut Vec<Diagnostic>, d: Diagnostic) {
 }
 
 /// The warnings, and whether something was rewritten that folding makes less of.
-pub(super) fn review(shader: &mut Shader) -> Result<(Vec<Diagnostic>, bool), Vec<Diagnostic>> {
+pub(super) fn review(shader: &mut Shader, target: Target) -> Result<(Vec<Diagnostic>, bool), Vec<Diagnostic>> {
     let strings = Strings::of(shader);
     let mut errors = Vec::new();
     let mut warnings = Vec::new();
@@ -73,10 +76,11 @@ pub(super) fn review(shader: &mut Shader) -> Result<(Vec<Diagnostic>, bool), Vec
             }
             Inst::Call(func, args) => match builtins::row(*func).name {
                 "unknown_name" => match unknown_name(shader, &strings, args, id) {
+                    Some(_) if target == Target::Host => {}
                     Some(d) => add(&mut errors, d),
                     None => settled.extend(ops::zero(value.ty).map(|zero| (id, zero))),
                 },
-                name if is_host(*func) => {
+                name if is_host(*func) && target == Target::Device => {
                     let what = format!("`{name}` of what is not known at compile time");
                     add(&mut errors, Diagnostic::not_yet("E3001", value.span, what));
                 }
@@ -163,80 +167,4 @@ fn knots_message(basis: &str, knots: u32) -> Option<String> {
     }
     let rest = (knots - 4) % step;
     (rest > 0).then(|| format!("{takes}; here {} of {knots} are used", knots - rest))
-}
-
-/// Where the strings of each local come from, whatever the flow of control.
-pub(super) struct Strings {
-    values: HashMap<LocalId, Vec<ValueId>>,
-    copies: HashMap<LocalId, Vec<LocalId>>,
-    /// Locals that something other than the shader may write.
-    foreign: HashSet<LocalId>,
-}
-
-impl Strings {
-    pub(super) fn of(shader: &Shader) -> Strings {
-        let mut strings = Strings { values: HashMap::new(), copies: HashMap::new(), foreign: HashSet::new() };
-        let is_string = |l: &LocalId| shader.locals[l.0 as usize].ty == Ty::Str;
-        for block in shader.blocks() {
-            block.walk(&mut |s| match s {
-                Stmt::Store(l, v) | Stmt::StoreElem(l, _, v) if is_string(l) => {
-                    strings.values.entry(*l).or_default().push(*v);
-                }
-                Stmt::CopyArray(to, from) if is_string(to) => strings.copies.entry(*to).or_default().push(*from),
-                Stmt::Call { outputs, result, .. } => strings.foreign.extend(outputs.iter().chain(result)),
-                _ => {}
-            });
-        }
-        strings.foreign.extend(shader.params.iter().filter(|p| p.varying).map(|p| p.local));
-        strings
-    }
-
-    /// All constants that these values and locals can be; `None` when something else may be among them. What is read
-    /// without having been stored does not count: its value is undefined.
-    pub(super) fn trace(
-        &self,
-        shader: &Shader,
-        mut values: Vec<ValueId>,
-        mut locals: Vec<LocalId>,
-    ) -> Option<BTreeSet<String>> {
-        let mut found = BTreeSet::new();
-        let (mut seen_values, mut seen_locals) = (HashSet::new(), HashSet::new());
-        loop {
-            if let Some(v) = values.pop() {
-                if !seen_values.insert(v) {
-                    continue;
-                }
-                match &shader.values[v.0 as usize].inst {
-                    Inst::Const(Const::Str(s)) => {
-                        found.insert(s.clone());
-                    }
-                    Inst::Load(l) | Inst::LoadElem(l, _) => locals.push(*l),
-                    Inst::Select(_, a, b) => values.extend([*a, *b]),
-                    _ => return None,
-                }
-            } else if let Some(l) = locals.pop() {
-                if !seen_locals.insert(l) {
-                    continue;
-                }
-                if self.foreign.contains(&l) {
-                    return None;
-                }
-                values.extend(self.values.get(&l).into_iter().flatten());
-                locals.extend(self.copies.get(&l).into_iter().flatten());
-            } else {
-                return Some(found);
-            }
-        }
-    }
-
-    /// Whether one is a constant that the other cannot be. The empty string is also what was never stored.
-    fn never_equal(&self, shader: &Shader, a: ValueId, b: ValueId) -> bool {
-        let (constant, other) = match (&shader.values[a.0 as usize].inst, &shader.values[b.0 as usize].inst) {
-            (Inst::Const(Const::Str(s)), _) => (s, b),
-            (_, Inst::Const(Const::Str(s))) => (s, a),
-            _ => return false,
-        };
-        !constant.is_empty()
-            && self.trace(shader, vec![other], Vec::new()).is_some_and(|names| !names.contains(constant))
-    }
 }

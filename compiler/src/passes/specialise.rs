@@ -16,16 +16,26 @@ pub fn specialise(shader: &mut Shader, bindings: &[(String, Const)]) -> Result<(
         };
         let param = &shader.params[index];
         let (local, span, declared) = (param.local, param.span, param.declared);
+        if param.traits.open
+            && let Some(len) = length_of(value, shader.locals[local.0 as usize].ty)
+        {
+            shader.locals[local.0 as usize].len = Some(len);
+        }
+        // The init of a struct's first field may set the others too, which then keep their defaults.
+        let init = match super::link::writes_others(shader, index) {
+            true => std::mem::take(&mut shader.params[index].init),
+            false => Block::default(),
+        };
         let slot = &shader.locals[local.0 as usize];
         match fit(value, slot.ty, slot.len) {
             Some(Fitted::One(c)) => {
-                let mut init = Block::default();
+                let mut init = init;
                 let v = constant(shader, &mut init, c, span);
                 init.stmts.push(Stmt::Store(local, v));
                 shader.params[index].init = init;
             }
             Some(Fitted::Many(items)) => {
-                let init = store_elements(shader, local, items, span);
+                let init = store_elements(shader, init, local, items, span);
                 shader.params[index].init = init;
             }
             None => {
@@ -77,6 +87,30 @@ fn number(c: &Const) -> Option<f64> {
         Const::Float(v) => Some(*v),
         _ => None,
     }
+}
+
+/// A value as OSL converts it to a type: one constant, or an array of them with zeros behind those that are given.
+pub(crate) fn fitted(value: &Const, ty: Ty, len: Option<u32>) -> Option<Const> {
+    Some(match fit(value, ty, len)? {
+        Fitted::One(c) => c,
+        Fitted::Many(mut items) => {
+            items.resize(len.unwrap_or(1) as usize, ops::zero(ty)?);
+            Const::Array(items)
+        }
+    })
+}
+
+/// The length that an unsized array of this element type gets from a value.
+fn length_of(value: &Const, ty: Ty) -> Option<u32> {
+    let Const::Array(items) = value else { return Some(1) };
+    let width = match ty {
+        Ty::Triple => 3,
+        Ty::Matrix => 16,
+        _ => 1,
+    };
+    let flat = width > 1 && !items.iter().any(|i| matches!(i, Const::Array(_) | Const::Triple(_) | Const::Matrix(_)));
+    let len = if flat { items.len().div_ceil(width) } else { items.len() };
+    u32::try_from(len).ok().filter(|n| *n > 0)
 }
 
 fn fit(value: &Const, ty: Ty, len: Option<u32>) -> Option<Fitted> {
@@ -133,8 +167,7 @@ fn constant(shader: &mut Shader, block: &mut Block, c: Const, span: Span) -> Val
     id
 }
 
-fn store_elements(shader: &mut Shader, local: LocalId, items: Vec<Const>, span: Span) -> Block {
-    let mut init = Block::default();
+fn store_elements(shader: &mut Shader, mut init: Block, local: LocalId, items: Vec<Const>, span: Span) -> Block {
     for (i, item) in items.into_iter().enumerate() {
         let index = constant(shader, &mut init, Const::Int(i as i32), span);
         let value = constant(shader, &mut init, item, span);

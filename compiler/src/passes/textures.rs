@@ -4,10 +4,11 @@
 //! where the file, the kind of information or the tile of a set is chosen while the shader runs. [`textures`] lists the
 //! files that are left.
 
-use super::review::Strings;
+use super::strings::Strings;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Shader, Stmt, Ty, Value, ValueId};
+use crate::messages;
 use crate::source::Span;
 use crate::textures::{Info, InfoType, Kind, TextureAccess, Textures};
 use std::collections::BTreeMap;
@@ -116,7 +117,7 @@ fn details(shader: &Shader, func: builtins::FuncId, args: &[Arg], ty: Ty) -> (Ve
         _ => None,
     };
     let interps = match constant(at) {
-        Some(mode) => vec![INTERPS[(mode / MODE_INTERP & 3) as usize]],
+        Some(mode) => vec![INTERPS[((mode / MODE_INTERP) & 3) as usize]],
         None => INTERPS.to_vec(),
     };
     let width = if ty == Ty::Triple { 3 } else { 1 };
@@ -305,6 +306,22 @@ impl Pass<'_> {
         }
     }
 
+    /// What the reference says when the file of a question cannot be read.
+    fn say_missing(&mut self, ask: &Ask<'_>, file: &str, out: &mut Vec<Stmt>) {
+        if ask.access.tiles(file).is_some() {
+            return;
+        }
+        let cause = ask.access.error(file, [0.0; 2], 0, "");
+        let Some(func) = builtins::find("print").filter(|_| !cause.is_empty()) else { return };
+        let text = format!("[RendererServices::get_texture_info] Invalid image file \"{file}\": {cause}");
+        let mut args = vec![Arg::Value(self.int(messages::code::ERROR, ask.span, out))];
+        for text in [String::new(), "%s".to_owned(), text] {
+            let value = self.value(Inst::Const(Const::Str(text)), Ty::Str, ask.span, out);
+            args.push(Arg::Value(value));
+        }
+        out.push(Stmt::Call { func, args, outputs: Vec::new(), result: None, span: ask.span });
+    }
+
     fn stores(&mut self, ask: &Ask<'_>, file: &str, tile: Option<(u32, u32)>, name: &str, out: &mut Vec<Stmt>) {
         let local = &self.shader.locals[ask.output.0 as usize];
         let (ty, len, span) = (local.ty, local.len, ask.span);
@@ -316,7 +333,9 @@ impl Pass<'_> {
             _ => (InfoType::Text, 1),
         };
         let count = width * len.unwrap_or(1) as usize;
-        let Some(info) = ask.access.info(file, tile, name, kind, count) else { return };
+        let Some(info) = ask.access.info(file, tile, name, kind, count) else {
+            return self.say_missing(ask, file, out);
+        };
         let constants: Vec<Const> = match (info, ty) {
             (Info::Ints(v), Ty::Int) => v.into_iter().map(Const::Int).collect(),
             (Info::Floats(v), Ty::Float) => v.into_iter().map(Const::Float).collect(),

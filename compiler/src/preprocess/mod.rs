@@ -32,6 +32,8 @@ pub struct Options {
     pub undefines: Vec<String>,
     /// Do not include `stdosl.h` before the first line.
     pub without_stdosl: bool,
+    /// A file to include behind `stdosl.h`, before the first line.
+    pub prelude: Option<&'static str>,
 }
 
 /// The text after preprocessing, and the way back.
@@ -48,7 +50,7 @@ pub struct Preprocessed {
 }
 
 /// Most bytes of output: more is taken for a macro that grows without bound.
-pub const MAX_OUTPUT: usize = 64 << 20;
+pub const MAX_OUTPUT: usize = 16 << 20;
 
 impl Preprocessed {
     /// The source place of bytes `start..end` of the text. What a macro made maps to the macro's use.
@@ -121,6 +123,9 @@ pub fn preprocess(
     let mut run = directives::Run::new(options, includes, sources);
     if !options.without_stdosl {
         run.include_implicitly("stdosl.h");
+    }
+    if let Some(prelude) = options.prelude {
+        run.include_implicitly(prelude);
     }
     run.file(main);
     run.finish()

@@ -5,11 +5,11 @@
 //! Positions and lengths count bytes, as in OSL. It must not know the syntax tree or any target.
 
 mod format;
+mod regex;
 
 pub use format::{Rules, format};
 
 use crate::ir::Const;
-use crate::strings::string_id;
 
 /// Longest string that folding makes: concatenation in a loop doubles.
 const MAX_BYTES: usize = 1 << 16;
@@ -18,7 +18,9 @@ const MAX_BYTES: usize = 1 << 16;
 pub fn call(name: &str, args: &[Const]) -> Option<Const> {
     use Const::{Float, Int, Str};
     let value = match (name, args) {
-        ("hash_string", [Str(s)]) => Int(string_id(s) as i32),
+        ("hash_string", [Str(s)]) => Int(hash(s)),
+        ("regex_search", [Str(s), Str(pattern)]) => Int(i32::from(regex::search(s, pattern, false, 0).0)),
+        ("regex_match", [Str(s), Str(pattern)]) => Int(i32::from(regex::search(s, pattern, true, 0).0)),
         ("strlen", [Str(s)]) => Int(i32::try_from(s.len()).ok()?),
         ("startswith", [Str(s), Str(with)]) => Int(i32::from(s.starts_with(with.as_str()))),
         ("endswith", [Str(s), Str(with)]) => Int(i32::from(s.ends_with(with.as_str()))),
@@ -42,6 +44,48 @@ pub fn call(name: &str, args: &[Const]) -> Option<Const> {
         Str(s) if s.len() > MAX_BYTES => None,
         _ => Some(value),
     }
+}
+
+/// What a call that writes to an array yields: the elements to write, from the first on, and its result. `room`: the array's
+/// length.
+pub fn call_with_output(name: &str, args: &[Const], room: usize) -> Option<(Vec<Const>, Const)> {
+    use Const::{Int, Str};
+    let all = i32::try_from(room).unwrap_or(i32::MAX);
+    Some(match (name, args) {
+        ("split", [Str(s)]) => split(s, "", all, all),
+        ("split", [Str(s), Str(sep)]) => split(s, sep, all, all),
+        ("split", [Str(s), Str(sep), Int(most)]) => split(s, sep, *most, all),
+        ("regex_search" | "regex_match", [Str(s), Str(pattern)]) => {
+            let (found, offsets) = regex::search(s, pattern, name == "regex_match", room);
+            (offsets.into_iter().map(Int).collect(), Int(i32::from(found)))
+        }
+        _ => return None,
+    })
+}
+
+/// The reference's hash of a string: the low half of FarmHash64, and 0 for the empty one.
+fn hash(s: &str) -> i32 {
+    if s.is_empty() { 0 } else { farmhash::hash64(s.as_bytes()) as i32 }
+}
+
+/// At most `most` parts, the last of which is all the rest; an empty separator stands for any blanks.
+fn split(s: &str, separator: &str, most: i32, room: i32) -> (Vec<Const>, Const) {
+    let most = most.clamp(0, room) as usize;
+    let mut parts: Vec<&str> = Vec::new();
+    if separator.is_empty() {
+        let blank = |c: char| c.is_ascii_whitespace() || c == '\u{b}';
+        let mut rest = s.trim_start_matches(blank);
+        while !rest.is_empty() {
+            let end = rest.find(blank).filter(|_| parts.len() + 1 < most).unwrap_or(rest.len());
+            parts.push(&rest[..end]);
+            rest = rest[end..].trim_start_matches(blank);
+        }
+    } else {
+        parts.extend(s.splitn(most.max(1), separator));
+    }
+    parts.truncate(most);
+    let count = Const::Int(parts.len() as i32);
+    (parts.into_iter().map(|p| Const::Str(p.to_owned())).collect(), count)
 }
 
 /// `None` when it would cut a character of several bytes.
@@ -112,5 +156,27 @@ mod tests {
         assert_eq!(substr("hello", 2, i32::MAX).as_deref(), Some("llo"));
         assert_eq!(substr("hello", 9, 1).as_deref(), Some(""));
         assert_eq!(substr("é", 1, 1), None);
+    }
+
+    #[test]
+    fn strings_are_split_as_the_reference_splits() {
+        let parts = |s: &str, sep: &str, most: i32| match split(s, sep, most, 10) {
+            (parts, Const::Int(n)) => {
+                assert_eq!(parts.len(), n as usize);
+                parts.into_iter().map(|p| if let Const::Str(s) = p { s } else { String::new() }).collect::<Vec<_>>()
+            }
+            _ => Vec::new(),
+        };
+        assert_eq!(parts(" 2 4\t6    8", "", 10), ["2", "4", "6", "8"]);
+        assert_eq!(parts("3,6,9,12", ",", 10), ["3", "6", "9", "12"]);
+        assert_eq!(parts("3,6,9,12", ",", 2), ["3", "6,9,12"]);
+        assert_eq!(parts("a b c", "", 2), ["a", "b c"]);
+        assert!(parts("a b", "", 0).is_empty());
+    }
+
+    #[test]
+    fn hashes_are_the_references() {
+        assert_eq!(hash("Hello World!"), -16_050_688);
+        assert_eq!(hash(""), 0);
     }
 }

@@ -1,11 +1,12 @@
 //! `oslcl compile`: OSL files to OpenCL C and reflection.
 //!
-//! In: OSL files. Out: NAME.cl, which a driver builds as it stands, and NAME.json, the whole artifact.
+//! In: OSL or `.oso` files. Out: NAME.cl, which a driver builds as it stands, and NAME.json, the whole artifact. Several files
+//! are compiled at a time; what is said about each stays together, in the order of the files.
 
 use super::args::CompileArgs;
 use super::sources::{self, Folders};
 use super::{Error, params, report, terminal};
-use oslcl_compiler::{Artifact, Options};
+use oslcl_compiler::{Artifact, Failure, Master, Options};
 use oslcl_runtime::assemble;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
@@ -13,9 +14,15 @@ use oslcl_runtime::textures;
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
 
-/// Compiles each file; fails when one has errors. The outputs of a file that fails stay as they were.
+/// What came of a file: its index, the line to print, the findings.
+type Told = (usize, Result<String, Error>, String);
+
+/// Compiles each file, as many at a time as there are cores; fails when one has errors. The outputs of a file that fails stay
+/// as they were.
 pub fn run(args: &CompileArgs) -> Result<(), Error> {
     if args.files.len() > 1 && !args.param.is_empty() {
         return Err(Error::Usage("--param goes with one file only".to_owned()));
@@ -30,47 +37,51 @@ pub fn run(args: &CompileArgs) -> Result<(), Error> {
             )));
         }
     }
+    let next = AtomicUsize::new(0);
+    let (sender, receiver) = mpsc::channel();
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(args.files.len());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            let (sender, next) = (sender.clone(), &next);
+            scope.spawn(move || {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(path) = args.files.get(index) else { break };
+                    let mut said = String::new();
+                    let done = compile(path, args, &mut said);
+                    if sender.send((index, done, said)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        tell(receiver, args.files.len())
+    })
+}
+
+/// Prints what is said about each file, in order. The first wrong usage ends it.
+fn tell(receiver: mpsc::Receiver<Told>, count: usize) -> Result<(), Error> {
     let mut result = Ok(());
-    for done in compile_all(args)? {
-        match done {
-            Ok(text) => terminal::print(&text)?,
-            Err(Error::Reported) => result = Err(Error::Reported),
-            Err(Error::Usage(message)) => return Err(Error::Usage(message)),
-            Err(error) => {
-                terminal::say_error(error);
-                result = Err(Error::Reported);
+    let mut waiting: Vec<Option<(Result<String, Error>, String)>> = (0..count).map(|_| None).collect();
+    let mut at = 0;
+    for (index, done, said) in receiver {
+        waiting[index] = Some((done, said));
+        while let Some((done, said)) = waiting.get_mut(at).and_then(Option::take) {
+            at += 1;
+            terminal::say(&said);
+            match done {
+                Ok(text) => terminal::print(&text)?,
+                Err(Error::Reported) => result = Err(Error::Reported),
+                Err(Error::Usage(message)) => return Err(Error::Usage(message)),
+                Err(error) => {
+                    terminal::say_error(error);
+                    result = Err(Error::Reported);
+                }
             }
         }
     }
     result
-}
-
-/// Compiles the files, as many at a time as there are processors; the results are in the order of the files.
-fn compile_all(args: &CompileArgs) -> Result<Vec<Result<String, Error>>, Error> {
-    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(args.files.len());
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        while let Some((at, path)) = {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            args.files.get(at).map(|path| (at, path))
-        } {
-            done.push((at, compile(path, args)));
-        }
-        done
-    };
-    let mut all = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(|| oslcl_compiler::batch(work))).collect();
-        let mut all = Vec::with_capacity(args.files.len());
-        for thread in threads {
-            // A panic in there is a defect of ours: it goes on here, with its own message.
-            let done = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            all.extend(done.map_err(|failure| report::report(&failure))?);
-        }
-        Ok::<_, Error>(all)
-    })?;
-    all.sort_by_key(|(at, _)| *at);
-    Ok(all.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Where the outputs go, without their endings.
@@ -89,12 +100,21 @@ fn with_ending(base: &Path, ending: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn compile(path: &Path, args: &CompileArgs) -> Result<String, Error> {
+/// Compiles a file; the line that says what was written. Findings are added to `said`.
+fn compile(path: &Path, args: &CompileArgs, said: &mut String) -> Result<String, Error> {
     let source = sources::read(path)?;
     let options = sources::options(&source, &args.source);
-    let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
-    let options = Options { bindings: params::bindings(&args.param, master.info())?, ..options };
-    let artifact = report::instance(&master, &options)?.artifact;
+    let folders = Folders::new(&args.source);
+    let master = Master::new(&source.text, &options, &folders).map_err(|f| failed(&f, &folders, said))?;
+    said.push_str(&report::rendered(master.sources(), master.warnings()));
+    let library = Arc::new(textures::Library::default());
+    let bindings = params::bindings(&args.param, master.info())?;
+    let options = Options { bindings, textures: Some(library.access()), ..options };
+    let output = master.instance(&options).map_err(|f| failed(&f, &folders, said))?;
+    // Those of the front half come first and were said.
+    let later = &output.warnings[master.warnings().len().min(output.warnings.len())..];
+    said.push_str(&report::rendered(&output.sources, later));
+    let artifact = output.artifact;
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).map_err(|e| files::Error { path: folder.clone(), cause: e.into() })?;
     }
@@ -106,6 +126,14 @@ fn compile(path: &Path, args: &CompileArgs) -> Result<String, Error> {
         Output { path: json.clone(), bytes: artifact.to_json().into_bytes() },
     ])?;
     Ok(format!("{}: {} {}\n", path.display(), code.display(), json.display()))
+}
+
+fn failed(failure: &Failure, folders: &Folders, said: &mut String) -> Error {
+    said.push_str(&report::rendered(&failure.sources, &failure.diagnostics));
+    for refused in folders.refused() {
+        said.push_str(&format!("  note: {refused}\n"));
+    }
+    Error::Reported
 }
 
 /// The code with every header in place, and how to build it.

@@ -40,10 +40,15 @@ pub fn report(failure: &Failure) -> Error {
 
 /// Shows diagnostics.
 pub fn show(sources: &SourceMap, diagnostics: &[Diagnostic]) {
+    terminal::say(&rendered(sources, diagnostics));
+}
+
+/// Diagnostics as they are shown.
+pub fn rendered(sources: &SourceMap, diagnostics: &[Diagnostic]) -> String {
     if terminal::is_fancy() {
-        terminal::say(&fancy(sources, diagnostics, GraphicalTheme::unicode()));
+        fancy(sources, diagnostics, GraphicalTheme::unicode())
     } else {
-        terminal::say(&plain(sources, diagnostics));
+        plain(sources, diagnostics)
     }
 }
 

@@ -8,7 +8,7 @@ use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::shade::{self, Grid, Kind, Message, Plane};
+use oslcl_runtime::shade::{self, Grid, Kind, Message, Plane, Shaded};
 use oslcl_runtime::textures::{self, Library};
 use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let options = sources::options(&source, &args.source);
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
     let search = args.textures.clone();
-    let library = Arc::new(Library::new(textures::Settings { search, automip: false }));
+    let library = Arc::new(Library::new(textures::Settings { search, ..textures::Settings::default() }));
     let bindings = params::bindings(&args.param, master.info())?;
     let options = Options { bindings, textures: Some(library.access()), ..options };
     let mut outputs: Vec<String> = Vec::new();
@@ -45,17 +45,31 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     }
     // clap gives exactly two numbers.
     let [width, height] = args.grid[..] else { return Err(Error::Usage("--grid takes two numbers".to_owned())) };
-    let artifact = shade::compile(&master, &options, &outputs).map_err(|failure| report::report(&failure))?;
+    let grid = Grid::new(width, height);
+    let artifact = match shade::compile(&master, &options, &outputs) {
+        Ok(artifact) => artifact,
+        Err(failure) => {
+            // What no device can do is done here, if it can be done at all.
+            let on_host = shade::needs_host(&failure).then(|| shade::run_on_host(&master, &options, &outputs, grid));
+            let Some(Ok(shaded)) = on_host else { return Err(report::report(&failure)) };
+            return deliver(&shaded, wanted, Precision::Reference);
+        }
+    };
     let device = Device::open(args.device.as_deref())?;
     let precision = args.precision.into();
-    let shaded = shade::run_with(&device, &artifact, Grid::new(width, height), precision, &library)?;
+    let shaded = shade::run_with(&device, &artifact, grid, precision, &library)?;
+    deliver(&shaded, wanted, precision)
+}
+
+/// Prints what was said; prints the outputs, or writes those wanted to pictures.
+fn deliver(shaded: &Shaded, wanted: Vec<(String, PathBuf)>, precision: Precision) -> Result<(), Error> {
     for warning in &shaded.warnings {
         terminal::say(&format!("warning: {warning}\n"));
     }
-    let planes = shaded.planes;
     terminal::print_with(|out| say(out, &shaded.messages))?;
+    let planes = &shaded.planes;
     if wanted.is_empty() {
-        return terminal::print_with(|out| print(out, &planes, precision));
+        return terminal::print_with(|out| print(out, planes, precision));
     }
     let mut pictures = Vec::new();
     for (name, path) in wanted {

@@ -5,7 +5,7 @@
 
 use super::args::SourceArgs;
 use oslcl_compiler::{Includes, Options, suggest};
-use oslcl_runtime::scene;
+use oslcl_runtime::{scene, shader_file};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -47,19 +47,24 @@ pub struct Source {
     pub text: String,
 }
 
-/// Reads an OSL file.
+/// Reads an OSL or `.oso` file.
 pub fn read(path: &Path) -> Result<Source, Error> {
     let bytes = std::fs::read(path).map_err(|cause| Error::Read { path: path.to_owned(), cause })?;
     let text = decode(bytes).map_err(|line| Error::NotUtf8 { path: path.to_owned(), line })?;
     Ok(Source { name: path.to_string_lossy().into_owned(), text })
 }
 
-/// Reads an OSL file, or takes the shipped material of that name.
+/// Reads an OSL or `.oso` file, or takes the shipped material of that name.
 pub fn read_or_shipped(path: &Path) -> Result<Source, Error> {
     let name = path.to_string_lossy();
     // What looks like a path is one.
     if path.exists() || path.extension().is_some() || path.components().count() != 1 {
         return read(path);
+    }
+    if scene::shipped(&name).is_none()
+        && let Some(file) = shader_file::find(&name, &[PathBuf::new()])
+    {
+        return read(&file);
     }
     match scene::shipped(&name) {
         Some(text) => Ok(Source { name: format!("{name}.osl"), text: text.to_owned() }),

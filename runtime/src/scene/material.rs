@@ -5,10 +5,11 @@
 use super::error::{Error, suggest};
 use super::value::{Table, Value};
 use super::{Material, ParamValue, group, shipped};
-use std::path::Path;
+use crate::shader_file;
+use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 
-/// Reads `shader = "NAME or FILE.osl"`, `osl = "text"` or `group = "text"`, and `params`, which override the group's. The
+/// Reads `shader = "NAME, FILE.osl or FILE.oso"`, `osl = "text"` or `group = "text"`, and `params`, which override the group's. The
 /// caller, who knows all materials, reads `displacement`.
 pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
     const WAYS: [&str; 3] = ["shader", "osl", "group"];
@@ -58,26 +59,39 @@ fn in_place(osl: &Value<'_>) -> Result<String, Error> {
     Ok("\n".repeat(lines) + &" ".repeat(blanks) + text)
 }
 
-/// A group's shader is a shipped one or a file beside the scene, with or without `.osl`.
+/// A group's shader is a shipped one or a file beside the scene, with or without `.osl` or `.oso`.
 fn of_group(text: &Value<'_>, name: &str) -> Result<Material, Error> {
     let group = group::parse(text.string()?)
         .map_err(|cause| Error::Conflict { at: text.at(), cause: format!("shader group: {cause}") })?;
-    let file = format!("{}.osl", group.shader.trim_end_matches(".osl"));
-    let beside = text.text.path.parent().unwrap_or(Path::new("")).join(&file);
-    let shader = if beside.is_file() { &file } else { &group.shader };
-    Ok(Material { params: group.params, ..by_name(text, shader, name)? })
+    let folder = text.text.path.parent().unwrap_or(Path::new("")).to_owned();
+    // Groups name shaders without an ending; what lies beside the scene hides a shipped one.
+    let material = match shader_file::find(&group.shader, &[folder]) {
+        Some(path) => of_file(path, name)?,
+        None => by_name(text, &group.shader, name)?,
+    };
+    Ok(Material { params: group.params, ..material })
 }
 
 /// The shader `wanted`, which `shader` names.
 fn by_name(shader: &Value<'_>, wanted: &str, name: &str) -> Result<Material, Error> {
-    if !wanted.ends_with(".osl") {
-        if shipped::shipped(wanted).is_none() {
-            let help = suggest(wanted, shipped::names());
-            return Err(Error::UnknownName { at: shader.at(), what: "shipped shader", name: wanted.to_string(), help });
-        }
+    let folder = shader.text.path.parent().unwrap_or(Path::new("")).to_owned();
+    if shader_file::is_shader(Path::new(wanted)) {
+        return of_file(folder.join(wanted), name);
+    }
+    if shipped::shipped(wanted).is_some() {
         return Ok(Material::of_shipped(name, wanted));
     }
-    let path = shader.text.path.parent().unwrap_or(Path::new("")).join(wanted);
+    match shader_file::find(wanted, &[folder]) {
+        Some(path) => of_file(path, name),
+        None => {
+            let help = suggest(wanted, shipped::names());
+            Err(Error::UnknownName { at: shader.at(), what: "shipped shader", name: wanted.to_string(), help })
+        }
+    }
+}
+
+/// The shader in a file, OSL or `.oso`.
+fn of_file(path: PathBuf, name: &str) -> Result<Material, Error> {
     let source = std::fs::read_to_string(&path).map_err(|cause| Error::Unreadable {
         what: "shader",
         path: path.clone(),

@@ -22,6 +22,7 @@ shipped![
     "plastic",
     "rough_glass",
     "sky",
+    "textured",
     "velvet",
     "wood",
 ];

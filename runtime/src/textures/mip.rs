@@ -6,6 +6,7 @@ use super::picture::{Level, Subimage};
 
 /// Adds the levels that are missing below the last one.
 pub fn complete(sub: &mut Subimage) {
+    sub.completed = true;
     while let Some(last) = sub.levels.last().filter(|l| l.width > 1 || l.height > 1) {
         let next = half(last, sub.channels);
         sub.levels.push(next);

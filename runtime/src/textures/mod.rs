@@ -22,12 +22,18 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// How files are found and read.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// Folders that relative names are looked for in, in order; then they are taken as they are.
     pub search: Vec<PathBuf>,
-    /// Make the levels of detail that files lack. The reference's tools do not, unless told (`automip`).
+    /// Make the levels of detail that files lack, as the reference's tools do (`automip`).
     pub automip: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { search: Vec::new(), automip: true }
+    }
 }
 
 /// What a name stands for.

@@ -224,5 +224,5 @@ fn pair(low: u16, high: u16) -> u32 {
 }
 
 fn size_of_texels(sub: &Subimage) -> u64 {
-    sub.levels.iter().map(|l| l.texels.len() as u64 * l.texels.width() as u64).sum()
+    sub.levels.iter().map(|l| l.texels.count() as u64 * l.texels.width() as u64).sum()
 }

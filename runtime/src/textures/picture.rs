@@ -20,7 +20,7 @@ pub enum Texels {
 
 impl Texels {
     /// How many numbers there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         match self {
             Texels::U8(v) => v.len(),
             Texels::U16(v) => v.len(),
@@ -71,6 +71,9 @@ pub struct Level {
     pub texels: Texels,
 }
 
+/// Side of the tiles that files without tiles count as having: what OSL's reference implementation sets.
+const AUTOTILE: u32 = 64;
+
 /// A part of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subimage {
@@ -86,10 +89,12 @@ pub struct Subimage {
     pub full: [i32; 4],
     /// Levels of detail, the finest first; at least one, each half of the one before.
     pub levels: Vec<Level>,
-    /// Texels across and down of a tile; `None`: rows.
+    /// Texels across and down of a tile; `None`: the file has rows. Those count as tiles of [`AUTOTILE`], as in the reference.
     pub tile: Option<[u32; 2]>,
     /// What else the file says, by name.
     pub facts: Vec<(String, Info)>,
+    /// Levels behind the first are ours, not the file's.
+    pub completed: bool,
 }
 
 /// A file.
@@ -114,6 +119,7 @@ impl Subimage {
             levels: vec![level],
             tile: None,
             facts: Vec::new(),
+            completed: false,
         }
     }
 
@@ -171,16 +177,17 @@ impl Subimage {
     /// Whether a level is one tile, so that environments fade to one colour at its poles.
     pub fn is_one_tile(&self, level: usize) -> bool {
         let l = &self.levels[level];
-        self.tile.is_none_or(|[w, h]| l.width <= w && l.height <= h)
+        let [w, h] = self.tile.unwrap_or([AUTOTILE; 2]);
+        l.width <= w && l.height <= h
     }
 
-    /// Mean of a row of a level.
+    /// Mean of a row of a level, as a 32-bit float.
     pub fn row_mean(&self, level: usize, row: u32) -> Vec<f64> {
         let l = &self.levels[level];
         let start = row as usize * l.width as usize * self.channels;
         let mean = |c: usize| {
             let numbers = (0..l.width as usize).map(|i| l.texels.get(start + i * self.channels + c));
-            numbers.sum::<f64>() / f64::from(l.width)
+            f64::from((numbers.sum::<f64>() / f64::from(l.width)) as f32)
         };
         (0..self.channels).map(mean).collect()
     }
@@ -193,6 +200,10 @@ impl Subimage {
             return Some(v[..self.channels].to_vec());
         }
         let last = self.levels.last()?;
+        if self.completed && self.origin != [0, 0] {
+            // The reference looks for the one texel where the part of the picture begins, and finds black.
+            return Some(vec![0.0; self.channels]);
+        }
         (last.width == 1 && last.height == 1).then(|| (0..self.channels).map(|c| last.texels.get(c)).collect())
     }
 

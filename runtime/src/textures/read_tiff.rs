@@ -103,8 +103,8 @@ fn subimage(reader: &mut Reader) -> Result<Subimage, String> {
         _ => return Err("its pixels are neither unsigned integers nor floats".to_owned()),
     };
     let wanted = (width as usize).checked_mul(height as usize).and_then(|n| n.checked_mul(channels));
-    if channels == 0 || width == 0 || height == 0 || wanted != Some(texels.len()) {
-        return Err(format!("it has {} numbers for {width} x {height} pixels of {channels}", texels.len()));
+    if channels == 0 || width == 0 || height == 0 || wanted != Some(texels.count()) {
+        return Err(format!("it has {} numbers for {width} x {height} pixels of {channels}", texels.count()));
     }
     let extra = reader.find_tag_unsigned_vec::<u32>(Tag::ExtraSamples).ok().flatten().unwrap_or_default();
     let place = |kind: u32| extra.iter().position(|e| *e == kind).map(|i| channels - extra.len().min(channels) + i);

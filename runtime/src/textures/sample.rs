@@ -396,9 +396,10 @@ impl Ellipse {
         let a = x[1] * x[1] + y[1] * y[1];
         let b = -2.0 * (x[0] * x[1] + y[0] * y[1]);
         let c = x[0] * x[0] + y[0] * y[0];
-        let longest = ((a + c + (a - c).hypot(b)) / 2.0).sqrt();
+        let longest = if b == 0.0 { a.max(c).sqrt() } else { ((a + c + (a - c).hypot(b)) / 2.0).sqrt() };
         let mut major = longest.min(1000.0);
-        let mut minor = ((x[0] * y[1] - x[1] * y[0]).abs() / longest).min(major);
+        let shortest = if b == 0.0 { a.min(c).sqrt() } else { (x[0] * y[1] - x[1] * y[0]).abs() / longest };
+        let mut minor = shortest.min(major);
         let theta = 0.5 * b.atan2(a - c) + PI / 2.0;
         let mut along = [theta.cos(), theta.sin()];
         if blur[0] + blur[1] != 0.0 {

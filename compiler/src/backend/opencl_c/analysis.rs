@@ -52,7 +52,7 @@ pub(super) struct Analysis<'a> {
 impl<'a> Analysis<'a> {
     pub(super) fn of(shader: &'a Shader, results: &[LocalId]) -> Analysis<'a> {
         let arrays = shader.locals.iter().map(|l| LocalUse {
-            collecting: l.len.is_some() && !matches!(l.kind, LocalKind::Global(_)),
+            collecting: l.len.is_some() && !matches!(l.kind, LocalKind::Global(_) | LocalKind::Input(_)),
             ..LocalUse::default()
         });
         let mut a = Analysis {
@@ -108,7 +108,7 @@ impl<'a> Analysis<'a> {
     pub(super) fn is_fixed(&self, l: LocalId) -> bool {
         let u = &self.locals[l.0 as usize];
         match self.shader.locals[l.0 as usize].kind {
-            LocalKind::Global(_) => u.writes == 0,
+            LocalKind::Global(_) | LocalKind::Input(_) => u.writes == 0,
             _ => u.writes == 0 || (u.writes == 1 && u.home.is_some()),
         }
     }

@@ -75,8 +75,8 @@ fn lobe(w: &mut Writer, slot: &LobeSlot, weight: &str, only: bool) {
     w.put(None, "}");
 }
 
-/// Writes a grid function.
-pub(super) fn grid(shader: &Shader, names: &[String], lines: Option<&SourceMap>) -> Result<Code, Vec<Diagnostic>> {
+/// The outputs with these names, one behind the other.
+pub(super) fn outputs(shader: &Shader, names: &[String]) -> Result<Vec<(Source, Output)>, Vec<Diagnostic>> {
     let mut errors = Vec::new();
     let mut outputs: Vec<(Source, Output)> = Vec::new();
     let mut offset = 0;
@@ -91,9 +91,12 @@ pub(super) fn grid(shader: &Shader, names: &[String], lines: Option<&SourceMap>)
         outputs.push((source, Output { name: name.clone(), ty, offset, reals }));
         offset += reals;
     }
-    if !errors.is_empty() {
-        return Err(errors);
-    }
+    if errors.is_empty() { Ok(outputs) } else { Err(errors) }
+}
+
+/// Writes a grid function.
+pub(super) fn grid(shader: &Shader, names: &[String], lines: Option<&SourceMap>) -> Result<Code, Vec<Diagnostic>> {
+    let outputs = outputs(shader, names)?;
     let local = |source: &Source| match source {
         Source::Local(l) => Some(*l),
         Source::Field(_) | Source::Ci => None,
@@ -122,7 +125,7 @@ pub(super) fn grid(shader: &Shader, names: &[String], lines: Option<&SourceMap>)
 }
 
 /// Where an output's value comes from.
-enum Source {
+pub(super) enum Source {
     /// A parameter, or a global that the shader writes.
     Local(LocalId),
     /// A global that the shader leaves alone.

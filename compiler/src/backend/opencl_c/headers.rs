@@ -13,12 +13,17 @@ const TEXTURES: [&str; 3] = ["texture", "texture3d", "environment"];
 pub(super) fn of_function(name: &str) -> &'static str {
     if let Some(kind) = name.strip_prefix("noise_").or_else(|| name.strip_prefix("pnoise_")) {
         return match kind {
+            "perlin_slopes" | "perlin_slopes_triple" => "osl/noise_perlin_slopes.h",
+            "simplex_slopes" | "simplex_slopes_triple" => "osl/noise_simplex_slopes.h",
             "perlin" | "uperlin" => "osl/noise_perlin.h",
             "simplex" | "usimplex" => "osl/noise_simplex.h",
             "cell" => "osl/noise_cell.h",
             "gabor" => "osl/noise_gabor.h",
             _ => "osl/noise_hash.h",
         };
+    }
+    if name.ends_with("_slope") {
+        return "osl/spline_slope.h";
     }
     if name.starts_with("spline") {
         return "osl/spline.h";
@@ -38,8 +43,10 @@ pub(super) fn of_function(name: &str) -> &'static str {
         | "yiq_to_rgb" | "rgb_to_yiq" | "xyz_to_rgb" | "rgb_to_xyz" | "xyy_to_rgb" | "rgb_to_xyy" | "srgb_to_rgb"
         | "rgb_to_srgb" => "osl/color.h",
         "step" | "linearstep" | "smoothstep" | "smooth_linearstep" => "osl/pattern.h",
-        "hash_value" | "hash_string" => "osl/hash.h",
-        "surfacearea" | "backfacing" | "raytype_bit" | "space_matrix" | "space_matrix_inverse" => "osl/state.h",
+        "hash_value" => "osl/hash.h",
+        "surfacearea" | "backfacing" | "flip_handedness" | "raytype_bit" | "space_matrix" | "space_matrix_inverse" => {
+            "osl/state.h"
+        }
         _ => "osl/math.h",
     }
 }

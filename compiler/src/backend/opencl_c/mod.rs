@@ -27,6 +27,7 @@ mod analysis;
 mod arrays;
 mod entry;
 mod headers;
+mod inputs;
 mod literal;
 pub(crate) mod lobes;
 mod names;
@@ -79,6 +80,11 @@ pub struct Code {
     pub sites: Vec<Site>,
     /// The texts of the strings that the text holds, sorted.
     pub strings: Vec<String>,
+}
+
+/// The outputs of a grid function with these names, as it stores them.
+pub fn outputs(shader: &Shader, names: &[String]) -> Result<Vec<Output>, Vec<Diagnostic>> {
+    Ok(entry::outputs(shader, names)?.into_iter().map(|(_, output)| output).collect())
 }
 
 /// Writes a shader. With `lines`, `#line` directives lead from the text back to the OSL source.

@@ -23,6 +23,7 @@ pub(super) fn of_locals(shader: &Shader) -> Vec<String> {
         let prefix = match local.kind {
             LocalKind::Param(_) => 'p',
             LocalKind::Global(_) => 'g',
+            LocalKind::Input(_) => 'i',
             LocalKind::Variable => 'l',
         };
         let base = format!("{prefix}_{}", sanitise(&local.name));
@@ -92,6 +93,7 @@ mod tests {
             values: Vec::new(),
             body: Block::default(),
             slots: Vec::new(),
+            inputs: Vec::new(),
         };
         assert_eq!(of_locals(&shader), ["l_kernel", "l_kernel_2", "l_kernel_2_2", "l_a_x", "p_Kd"]);
     }

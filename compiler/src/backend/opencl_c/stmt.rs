@@ -6,7 +6,7 @@
 use super::names::ctype;
 use super::writer::{LoopForm, Writer};
 use crate::builtins;
-use crate::ir::{Block, Const, Inst, LocalId, Loop, Stmt, Ty, ValueId};
+use crate::ir::{Block, Const, Inst, LocalId, LocalKind, Loop, Stmt, Ty, ValueId};
 use crate::source::Span;
 
 /// Whether a block has a `Break` / `Continue` of its own loop.
@@ -303,8 +303,9 @@ impl Writer<'_> {
             self.declared[i] = true;
             let (ty, name) = (ctype(local.ty), self.name(l).to_owned());
             match (local.kind, local.len) {
+                (LocalKind::Input(i), Some(len)) => self.declare_input(l, i, len),
                 (_, Some(len)) => self.declare_array(l, len),
-                (crate::ir::LocalKind::Global(g), None) => self.put(None, &format!("{ty} {name} = sg->{};", g.name())),
+                (LocalKind::Global(g), None) => self.put(None, &format!("{ty} {name} = sg->{};", g.name())),
                 _ => {
                     let zero = self.zero(local.ty);
                     self.put(None, &format!("{ty} {name} = {zero};"));

@@ -10,7 +10,7 @@ use super::names;
 use crate::backend::string_id;
 use crate::builtins;
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, LocalKind, Shader, Ty, UnaryOp, ValueId};
+use crate::ir::{Arg, BinaryOp, Const, InputLayout, Inst, LocalId, LocalKind, Shader, Ty, UnaryOp, ValueId};
 use crate::messages::Site;
 use crate::source::{SourceMap, Span};
 use std::collections::{BTreeSet, HashMap, VecDeque};
@@ -89,6 +89,7 @@ pub(super) enum LoopForm {
 /// One emission.
 pub(super) struct Writer<'a> {
     pub shader: &'a Shader,
+    pub inputs: InputLayout,
     pub analysis: Analysis<'a>,
     pub out: String,
     pub indent: usize,
@@ -118,6 +119,7 @@ impl<'a> Writer<'a> {
     pub(super) fn new(shader: &'a Shader, results: &[LocalId], sources: Option<&'a SourceMap>) -> Writer<'a> {
         Writer {
             shader,
+            inputs: InputLayout::of(shader),
             analysis: Analysis::of(shader, results),
             out: String::new(),
             indent: 1,
@@ -193,7 +195,7 @@ impl<'a> Writer<'a> {
     }
 
     /// An operator's helper, by name; its header is included.
-    fn op(&mut self, name: &'static str) -> &'static str {
+    pub(super) fn op(&mut self, name: &'static str) -> &'static str {
         self.includes.insert(headers::of_op(name));
         name
     }
@@ -239,6 +241,7 @@ impl<'a> Writer<'a> {
         let never_written = self.local_use(l).writes == 0;
         match local.kind {
             LocalKind::Global(g) if never_written => return Expr::new(format!("sg->{}", g.name()), Prec::Primary),
+            LocalKind::Input(i) => return self.input(i),
             _ if never_written => return Expr::new(self.zero(local.ty), Prec::Unary),
             _ => {}
         }

@@ -9,7 +9,7 @@ use super::{Connection, Layer, path};
 use crate::diag::Diagnostic;
 use crate::ir::{Block, Const, Inst, LocalId, Stmt, Ty, ValueId};
 use crate::source::Span;
-use crate::types::{Base, Extent, Type};
+use crate::types::Base;
 
 /// One end of a wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,12 +30,17 @@ pub(super) struct Wire {
 }
 
 /// Resolves connections in order. A later one to the same parameter replaces an earlier one.
-pub(super) fn resolve(layers: &[Layer], connections: &[Connection], errors: &mut Vec<Diagnostic>) -> Vec<Wire> {
+pub(super) fn resolve(layers: &mut [Layer], connections: &[Connection], errors: &mut Vec<Diagnostic>) -> Vec<Wire> {
     let mut wires: Vec<Wire> = Vec::new();
-    for connection in connections {
+    // Earlier layers first: an unsized array takes its length from its source, which may be one itself.
+    let rank = |c: &Connection| layers.iter().position(|l| l.name == c.to_layer);
+    let mut ordered: Vec<(Option<usize>, &Connection)> = connections.iter().map(|c| (rank(c), c)).collect();
+    ordered.sort_by_key(|(rank, _)| *rank);
+    for (_, connection) in ordered {
         match wires_of(layers, connection) {
             Ok(new) => {
                 for wire in new {
+                    take_length(layers, &wire);
                     wires.retain(|w| w.to != wire.to);
                     wires.push(wire);
                 }
@@ -44,6 +49,19 @@ pub(super) fn resolve(layers: &[Layer], connections: &[Connection], errors: &mut
         }
     }
     wires
+}
+
+/// An unsized array gets the length of what is connected to it.
+fn take_length(layers: &mut [Layer], wire: &Wire) {
+    if !wire.to.selection.is_empty() || !wire.from.selection.is_empty() {
+        return;
+    }
+    let from = &layers[wire.from.layer].shader;
+    let len = from.locals[from.params[wire.from.param].local.0 as usize].len;
+    let to = &mut layers[wire.to.layer].shader;
+    if to.params[wire.to.param].traits.open {
+        to.locals[to.params[wire.to.param].local.0 as usize].len = len;
+    }
 }
 
 /// `layer.path` for messages.
@@ -69,9 +87,10 @@ fn wires_of(layers: &[Layer], c: &Connection) -> Result<Vec<Wire>, Diagnostic> {
             None => d,
         }
     };
-    if from.len() != to.len() || from.iter().zip(&to).any(|((a, _), (b, _))| a != b) {
+    if from.len() != to.len() {
         return Err(refuse("the two structs differ in their fields".into(), None));
     }
+    // Fields connect in order, whatever their names.
     let mut wires = Vec::with_capacity(from.len());
     for ((_, from), (_, to)) in from.into_iter().zip(to) {
         let (a, b) = (type_of(layers, &from), type_of(layers, &to));
@@ -80,6 +99,12 @@ fn wires_of(layers: &[Layer], c: &Connection) -> Result<Vec<Wire>, Diagnostic> {
             (Ok(a), Ok(b)) => (a, b),
             (Err(why), _) | (_, Err(why)) => return Err(refuse(why, Some(span))),
         };
+        if layers[to.layer].shader.params[to.param].traits.unconnectable {
+            let why = "its metadata says `allowconnect = 0`";
+            return Err(
+                Diagnostic::global("E4016", format!("cannot connect {what}: {why}")).label(span, "declared here")
+            );
+        }
         if !connects(a, b) {
             return Err(refuse(format!("{} does not convert to {}", show(a), show(b)), Some(span)));
         }
@@ -89,7 +114,7 @@ fn wires_of(layers: &[Layer], c: &Connection) -> Result<Vec<Wire>, Diagnostic> {
 }
 
 /// The layer with this name; of several the last, as the reference implementation has it.
-fn layer(layers: &[Layer], name: &str) -> Result<usize, Diagnostic> {
+pub(super) fn layer(layers: &[Layer], name: &str) -> Result<usize, Diagnostic> {
     let found = layers.iter().rposition(|l| l.name == name);
     found.ok_or_else(|| {
         let d = Diagnostic::global("E4010", format!("the group has no layer `{name}`"));
@@ -150,8 +175,8 @@ fn show(t: Found) -> String {
 fn type_of(layers: &[Layer], end: &End) -> Result<Found, String> {
     let shader = &layers[end.layer].shader;
     let param = &shader.params[end.param];
-    let Type { base, extent } = param.declared;
-    let mut found = Found { base, len: shader.locals[param.local.0 as usize].len, unsized_: extent == Extent::Unsized };
+    let base = param.declared.base;
+    let mut found = Found { base, len: shader.locals[param.local.0 as usize].len, unsized_: param.traits.open };
     for &index in &end.selection {
         let (base, limit) = match (found.len, found.base) {
             (Some(len), base) => (base, len),
@@ -185,7 +210,7 @@ fn connects(from: Found, to: Found) -> bool {
             same || matches!((from.base, to.base), (Base::Int, Base::Float))
                 || matches!(from.base, Base::Int | Base::Float) && to.base.is_triple()
         }
-        (Some(a), Some(b)) => same && (to.unsized_ || a == b),
+        (Some(a), Some(b)) => same && (to.unsized_ || from.unsized_ || a == b),
         _ => false,
     }
 }

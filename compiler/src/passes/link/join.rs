@@ -3,7 +3,7 @@
 //! In: shaders. Out: one shader whose body is still empty, and the parts' blocks in its handles.
 
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, Block, Global, Inst, Local, LocalId, LocalKind, Shader, Stmt, Value, ValueId};
+use crate::ir::{Arg, Block, Global, Input, Inst, Local, LocalId, LocalKind, Shader, Source, Stmt, Value, ValueId};
 use crate::source::{FileId, Span};
 
 /// The shader that parts are added to.
@@ -33,6 +33,7 @@ impl Joined {
             values: Vec::new(),
             body: Block::default(),
             slots: Vec::new(),
+            inputs: Vec::new(),
         };
         Joined { shader, globals: Vec::new(), first_param: Vec::new() }
     }
@@ -54,9 +55,10 @@ impl Joined {
     pub fn add(&mut self, layer: &str, part: Shader) -> Added {
         let first_param = self.shader.params.len();
         self.first_param.push(first_param);
+        let inputs: Vec<u32> = part.inputs.into_iter().map(|i| self.input(layer, i)).collect();
         let mut locals = Vec::with_capacity(part.locals.len());
         for local in part.locals {
-            locals.push(self.local(layer, local, first_param as u32));
+            locals.push(self.local(layer, local, first_param as u32, &inputs));
         }
         let first_value = self.shader.values.len() as u32;
         let local = |l: &mut LocalId| *l = locals[l.0 as usize];
@@ -84,7 +86,20 @@ impl Joined {
         Added { inits, body }
     }
 
-    fn local(&mut self, layer: &str, mut local: Local, first_param: u32) -> LocalId {
+    /// Userdata is the same for all layers; an interactive parameter is its layer's.
+    fn input(&mut self, layer: &str, mut input: Input) -> u32 {
+        if matches!(input.source, Source::Interactive | Source::HasInteractive) {
+            input.name = format!("{layer}.{}", input.name);
+        }
+        let same = |i: &Input| (&i.name, i.source, i.ty, i.len) == (&input.name, input.source, input.ty, input.len);
+        if let Some(index) = self.shader.inputs.iter().position(same) {
+            return index as u32;
+        }
+        self.shader.inputs.push(input);
+        self.shader.inputs.len() as u32 - 1
+    }
+
+    fn local(&mut self, layer: &str, mut local: Local, first_param: u32, inputs: &[u32]) -> LocalId {
         match &mut local.kind {
             LocalKind::Global(global) => {
                 if let Some((_, id)) = self.globals.iter().find(|(g, _)| g == global) {
@@ -96,6 +111,7 @@ impl Joined {
                 *index += first_param;
                 local.name = format!("{layer}.{}", local.name);
             }
+            LocalKind::Input(index) => *index = inputs[*index as usize],
             LocalKind::Variable => local.name = format!("{layer}.{}", local.name),
         }
         self.shader.locals.push(local);

@@ -10,8 +10,9 @@ use super::options::{self, Spec, Takes, spec};
 use oslcl_compiler::oso::number::{escape, general};
 use oslcl_compiler::reflect::{Metadata, Value};
 use oslcl_compiler::{Options, Query, QueryParam, query_shader};
+use oslcl_runtime::shader_file;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -76,7 +77,9 @@ pub fn run(args: &[String]) -> Result<ExitCode, Error> {
 
 /// Finds and asks a shader; the error is one line.
 fn load(name: &str, search: &str) -> Result<Query, String> {
-    let file = find(name, search).ok_or_else(|| format!("File \"{name}\" could not be found."))?;
+    let folders: Vec<PathBuf> =
+        if search.is_empty() { vec![PathBuf::new()] } else { std::env::split_paths(search).collect() };
+    let file = shader_file::find(name, &folders).ok_or_else(|| format!("File \"{name}\" could not be found."))?;
     let source = sources::read(&file).map_err(|e| e.to_string())?;
     let options = Options { file_name: source.name.clone(), ..Options::default() };
     let folders = Folders::new(&SourceArgs { include: Vec::new(), define: Vec::new() });
@@ -84,16 +87,6 @@ fn load(name: &str, search: &str) -> Result<Query, String> {
         let first = failure.to_string();
         first.lines().next().unwrap_or_default().to_owned()
     })
-}
-
-/// The file of a shader, in the folders of the search path or as it stands. Without an ending, `.oso` comes before `.osl`.
-fn find(name: &str, search: &str) -> Option<PathBuf> {
-    let ended = Path::new(name).extension().is_some_and(|e| e == "oso" || e == "osl");
-    let names: Vec<String> =
-        if ended { vec![name.to_owned()] } else { ["oso", "osl"].map(|e| format!("{name}.{e}")).to_vec() };
-    let folders: Vec<PathBuf> =
-        if search.is_empty() { vec![PathBuf::new()] } else { std::env::split_paths(search).collect() };
-    folders.iter().flat_map(|f| names.iter().map(move |n| f.join(n))).find(|p| p.is_file())
 }
 
 /// What the reference's tool prints.

@@ -6,7 +6,8 @@ use super::super::super::args::SourceArgs;
 use super::super::super::sources::{self, Folders};
 use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
-use oslcl_compiler::{Binding, Bound, Connection, Group, Hints, Layer, Master, Options};
+use oslcl_compiler::{Bound, Connection, Group, Hints, Layer, Master, Options, ParseError};
+use oslcl_runtime::shader_file;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -39,23 +40,11 @@ impl Shaders {
 
     fn load(&self, name: &str) -> Result<Master, Error> {
         let stem = name.strip_suffix(".osl").or(name.strip_suffix(".oso")).unwrap_or(name);
-        let path = self.folders.iter().find_map(|folder| self.beside(&folder.join(stem)));
+        // `--inbuffer` asks to compile the source here.
+        let file = if self.from_source { format!("{stem}.osl") } else { stem.to_owned() };
+        let path = shader_file::find(&file, &self.folders);
         let source = sources::read_or_shipped(path.as_deref().unwrap_or(Path::new(name)))?;
         compile(&source.text, &source.name)
-    }
-
-    /// The compiled shader, or the source where that is newer or alone.
-    fn beside(&self, stem: &Path) -> Option<PathBuf> {
-        let with = |extension: &str| {
-            // Not `with_extension`: names may have dots.
-            let path = PathBuf::from(format!("{}.{extension}", stem.display()));
-            let changed = std::fs::metadata(&path).and_then(|m| m.modified());
-            path.is_file().then_some((path, changed.ok()))
-        };
-        match (with("osl"), with("oso").filter(|_| !self.from_source)) {
-            (Some((source, changed)), Some((compiled, made))) => Some(if changed > made { source } else { compiled }),
-            (source, compiled) => source.or(compiled).map(|(path, _)| path),
-        }
     }
 }
 
@@ -105,7 +94,10 @@ pub fn build(args: &Args, shaders: &Shaders) -> Result<Built, Error> {
                 later.push((layer.clone(), value.clone()));
                 continue;
             }
-            Setup::Group(_) => return Err(usage("option `-group` is not supported yet".to_owned())),
+            Setup::Group(text) => {
+                group = from_text(&group.name, text, args, shaders)?;
+                continue;
+            }
             Setup::Shader(name, layer) => (name.clone(), layer.clone(), shaders.get(name)?),
             Setup::Expression(code) => {
                 let name = format!("expr_{expressions}");
@@ -147,30 +139,17 @@ fn expression(name: &str, code: &str) -> String {
     )
 }
 
-/// The group as text that reads back as the same group (OSL specification ch. 9).
-pub fn text(group: &Group) -> String {
-    let mut out = String::new();
-    for layer in &group.layers {
-        let info = layer.master.info();
-        for bound in &layer.bindings {
-            let ty = info.params.iter().find(|p| p.name == bound.name).map_or("float", |p| p.ty.as_str());
-            out.push_str(&format!("param {ty} {} {} ;\n", bound.name, value_text(&bound.value)));
-        }
-        out.push_str(&format!("shader {} {} ;\n", info.name, layer.name));
+/// A whole group: its text, or the file that holds it.
+fn from_text(name: &str, text: &str, args: &Args, shaders: &Shaders) -> Result<Group, Error> {
+    let (text, place) = match std::fs::read_to_string(text) {
+        Ok(read) => (read, text.to_owned()),
+        Err(_) => (text.to_owned(), "shader group".to_owned()),
+    };
+    if args.verbose {
+        super::terminal::print(&format!("Processing group specification:\n---\n{text}\n---\n"))?;
     }
-    for c in &group.connections {
-        out.push_str(&format!("connect {}.{} {}.{} ;\n", c.from_layer, c.from, c.to_layer, c.to));
-    }
-    out
-}
-
-fn value_text(value: &Binding) -> String {
-    let numbers = |list: &[f64]| list.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
-    match value {
-        Binding::Int(v) => v.to_string(),
-        Binding::Float(v) => v.to_string(),
-        Binding::Str(s) => format!("{s:?}"),
-        Binding::Floats(list) => numbers(list),
-        Binding::Strs(list) => list.iter().map(|s| format!("{s:?}")).collect::<Vec<_>>().join(" "),
-    }
+    Group::parse(name, &text, &mut |name| shaders.get(name)).map_err(|e| match e {
+        ParseError::Text(e) => Error::Usage(format!("{place}:{e}")),
+        ParseError::Shader { cause, .. } => cause,
+    })
 }

@@ -6,15 +6,16 @@
 mod args;
 mod build;
 mod said;
+mod supplies;
 
 use super::super::{Error, report, terminal};
 use args::Args;
-use build::Shaders;
-use oslcl_compiler::{Group, Options};
+use build::{Built, Shaders};
+use oslcl_compiler::{Artifact, Group, Options};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film::raster::{self, Raster};
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::shade::{self, Grid, Plane};
+use oslcl_runtime::shade::{self, Grid, Plane, Supplies};
 use oslcl_runtime::textures::{self, Library};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -33,19 +34,20 @@ pub fn run(words: &[String]) -> Result<ExitCode, Error> {
         return Ok(ExitCode::SUCCESS);
     }
     let built = build::build(&args, &Shaders::new(&args))?;
-    let group = built.group;
-    for connection in &group.connections {
-        let (from, to) = (format!("{}.{}", connection.from_layer, connection.from), &connection.to_layer);
-        terminal::print(&format!("Connect {from} to {to}.{}\n", connection.to))?;
+    let group = &built.group;
+    for step in &args.setup {
+        if let args::Setup::Connect([from_layer, from, to_layer, to]) = step {
+            terminal::print(&format!("Connect {from_layer}.{from} to {to_layer}.{to}\n"))?;
+        }
     }
     if args.verbose || args.query {
-        terminal::print(&describe(&args, &group))?;
+        terminal::print(&describe(&args, group))?;
     }
     if !args.outputs.is_empty() {
         terminal::print("\n")?;
     }
-    let outputs = outputs(&args, &group)?;
-    shade(&args, &group, &outputs)?;
+    let outputs = outputs(&args, group)?;
+    shade(&args, &built, &outputs)?;
     if args.outputs.is_empty() || matches!(args.outputs.as_slice(), [(_, file)] if file == "null") {
         terminal::print("\n")?;
     }
@@ -54,7 +56,7 @@ pub fn run(words: &[String]) -> Result<ExitCode, Error> {
 
 /// The group as text, and its layers; with `--oslquery` their parameters too.
 fn describe(args: &Args, group: &Group) -> String {
-    let mut out = format!("Shader group:\n---\n{}\n---\n\n", build::text(group));
+    let mut out = format!("Shader group:\n---\n{}\n---\n\n", group.text());
     let name = args.group_name.clone().unwrap_or_else(|| "unnamed_group_1".to_owned());
     let _ = writeln!(out, "Shader group \"{name}\" layers are:");
     for layer in &group.layers {
@@ -93,18 +95,44 @@ fn outputs(args: &Args, group: &Group) -> Result<Vec<(String, String)>, Error> {
 }
 
 /// Compiles and runs the group, prints and writes.
-fn shade(args: &Args, group: &Group, outputs: &[(String, String)]) -> Result<(), Error> {
+fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(), Error> {
     let names: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
     let library = Arc::new(Library::new(textures(args)));
     let entry = oslcl_compiler::Entry::Grid(names);
-    let options = Options { entry, textures: Some(library.access()), ..Options::default() };
-    let output = group.instance(&options).map_err(|failure| report::report(&failure))?;
+    let mut supplies = supplies::of(args);
+    let options = Options {
+        entry,
+        textures: Some(library.access()),
+        userdata: Some(supplies.declared()),
+        userdata_is_connected: args.userdata_isconnected,
+        lazy: supplies::lazy(args),
+        ..Options::default()
+    };
+    let output = built.group.instance(&options).map_err(|failure| report::report(&failure))?;
     report::show(&output.sources, &output.warnings);
     if outputs.is_empty() && output.artifact.sites.is_empty() {
         return Ok(());
     }
     let device = Device::open(args.device.as_deref())?;
-    let shaded = shade::run_with(&device, &output.artifact, grid(args), Precision::Standard, &library)?;
+    for iteration in 0..args.iterations {
+        if iteration == 1 {
+            supplies.interactive.extend(supplies::later(built));
+        }
+        once(args, &output.artifact, outputs, &device, &library, &supplies)?;
+    }
+    Ok(())
+}
+
+/// Runs a compiled group, prints and writes.
+fn once(
+    args: &Args,
+    artifact: &Artifact,
+    outputs: &[(String, String)],
+    device: &Device,
+    library: &Library,
+    supplies: &Supplies,
+) -> Result<(), Error> {
+    let shaded = shade::run_supplied(device, artifact, grid(args), Precision::Standard, library, supplies)?;
     for warning in &shaded.warnings {
         terminal::say(&format!("WARNING: {warning}\n"));
     }
@@ -131,7 +159,7 @@ fn textures(args: &Args) -> textures::Settings {
     let value = |name: &str| args.options.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v.as_str());
     let folders = value("searchpath:texture").or_else(|| value("searchpath")).unwrap_or("");
     let search = folders.split([':', ';', ',']).filter(|f| !f.is_empty()).map(PathBuf::from).collect();
-    textures::Settings { search, automip: value("automip").is_some_and(|v| v != "0") }
+    textures::Settings { search, automip: value("automip") != Some("0") }
 }
 
 /// The points.

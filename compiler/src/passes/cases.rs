@@ -1,0 +1,245 @@
+//! Functions of strings that are a choice among constants: one result per case.
+//!
+//! In: folded IR. Out: calls that only the host can carry out, on strings that can be so and so many constants, have become
+//! choices among the results of the cases. Other arguments must be constants. What has too many cases stays as it is.
+
+use super::strings::Strings;
+use crate::builtins::{self, FuncId, Lowering};
+use crate::interp;
+use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Shader, Stmt, Ty, Value, ValueId};
+use crate::source::Span;
+
+/// Most cases of a call.
+const MAX_CASES: usize = 64;
+
+/// Most elements written by all cases of a call together.
+const MAX_ELEMENTS: usize = 1024;
+
+/// Rewrites what it can; whether there was anything.
+pub(super) fn cases(shader: &mut Shader) -> bool {
+    if !shader.values.iter().any(|v| matches!(&v.inst, Inst::Call(f, _) if is_host(*f))) && !has_statements(shader) {
+        return false;
+    }
+    let strings = Strings::of(shader);
+    let mut cases = Cases { strings, shader, changed: false };
+    for i in 0..cases.shader.params.len() {
+        let init = std::mem::take(&mut cases.shader.params[i].init);
+        cases.shader.params[i].init = cases.block(init);
+    }
+    let body = std::mem::take(&mut cases.shader.body);
+    cases.shader.body = cases.block(body);
+    cases.changed
+}
+
+fn is_host(func: FuncId) -> bool {
+    matches!(builtins::row(func).lowering, Lowering::Host | Lowering::InternalHost)
+        && builtins::row(func).name != "unknown_name"
+}
+
+fn has_statements(shader: &Shader) -> bool {
+    let mut found = false;
+    for block in shader.blocks() {
+        block.walk(&mut |s| found |= matches!(s, Stmt::Call { func, .. } if is_host(*func)));
+    }
+    found
+}
+
+struct Cases<'a> {
+    strings: Strings,
+    shader: &'a mut Shader,
+    changed: bool,
+}
+
+/// An argument: the value that tells the case, and what it can be. A constant has one case and needs no telling.
+type Choice = (Option<ValueId>, Vec<Const>);
+
+impl Cases<'_> {
+    fn block(&mut self, block: Block) -> Block {
+        let mut out = Block { stmts: Vec::with_capacity(block.stmts.len()) };
+        for stmt in block.stmts {
+            match stmt {
+                Stmt::Let(id) => {
+                    self.value(id, &mut out);
+                    out.stmts.push(Stmt::Let(id));
+                }
+                Stmt::Call { func, ref args, ref outputs, result: Some(result), span } if is_host(func) => {
+                    match self.statement(func, args, outputs, result, span, &mut out) {
+                        Some(()) => self.changed = true,
+                        None => out.stmts.push(stmt),
+                    }
+                }
+                Stmt::If(c, a, b) => {
+                    let (a, b) = (self.block(a), self.block(b));
+                    out.stmts.push(Stmt::If(c, a, b));
+                }
+                Stmt::Loop(mut l) => {
+                    l.head = self.block(l.head);
+                    l.body = self.block(l.body);
+                    l.step = self.block(l.step);
+                    out.stmts.push(Stmt::Loop(l));
+                }
+                other => out.stmts.push(other),
+            }
+        }
+        out
+    }
+
+    /// What each argument can be; `None` when there are too many cases, or unknown ones.
+    fn choices(&self, args: &[Arg]) -> Option<Vec<Choice>> {
+        let mut total = 1;
+        let mut out = Vec::with_capacity(args.len());
+        for arg in args {
+            let Arg::Value(v) = arg else { return None };
+            let value = &self.shader.values[v.0 as usize];
+            let choice = match &value.inst {
+                Inst::Const(c) => (None, vec![c.clone()]),
+                _ if value.ty == Ty::Str => {
+                    let texts = self.strings.trace(self.shader, vec![*v], Vec::new())?;
+                    (Some(*v), texts.into_iter().map(Const::Str).collect())
+                }
+                _ => return None,
+            };
+            total *= choice.1.len();
+            if total == 0 || total > MAX_CASES {
+                return None;
+            }
+            out.push(choice);
+        }
+        Some(out)
+    }
+
+    fn value(&mut self, id: ValueId, out: &mut Block) {
+        let Value { inst: Inst::Call(func, args), ty, span } = &self.shader.values[id.0 as usize] else { return };
+        let (func, ty, span) = (*func, *ty, *span);
+        if !is_host(func) {
+            return;
+        }
+        let Some(choices) = self.choices(args) else { return };
+        let mut results = Vec::new();
+        if !each_case(&choices, &mut |case| interp::fold_call(func, ty, case).map(|c| results.push(c)).is_some()) {
+            return;
+        }
+        let mut results = results.into_iter();
+        let inst = self.select(&choices, &mut results, ty, span, out);
+        self.shader.values[id.0 as usize].inst = inst;
+        self.changed = true;
+    }
+
+    /// The choice among the results, which come in the order of the cases.
+    fn select(
+        &mut self,
+        choices: &[Choice],
+        results: &mut dyn Iterator<Item = Const>,
+        ty: Ty,
+        span: Span,
+        out: &mut Block,
+    ) -> Inst {
+        let Some(((told_by, texts), rest)) = choices.split_first() else {
+            return Inst::Const(results.next().unwrap_or(Const::Int(0)));
+        };
+        let mut branches = Vec::new();
+        for _ in texts {
+            let inst = self.select(rest, results, ty, span, out);
+            branches.push(self.emit(inst, ty, span, out));
+        }
+        let Some(mut chosen) = branches.pop() else { return Inst::Const(Const::Int(0)) };
+        let Some(told_by) = told_by else { return self.shader.values[chosen.0 as usize].inst.clone() };
+        for (text, branch) in texts.iter().zip(branches).rev() {
+            let same = self.is(*told_by, text, span, out);
+            chosen = self.emit(Inst::Select(same, branch, chosen), ty, span, out);
+        }
+        self.shader.values[chosen.0 as usize].inst.clone()
+    }
+
+    fn is(&mut self, value: ValueId, text: &Const, span: Span, out: &mut Block) -> ValueId {
+        let text = self.emit(Inst::Const(text.clone()), Ty::Str, span, out);
+        self.emit(Inst::Binary(BinaryOp::Eq, value, text), Ty::Int, span, out)
+    }
+
+    fn emit(&mut self, inst: Inst, ty: Ty, span: Span, out: &mut Block) -> ValueId {
+        let id = ValueId(self.shader.values.len() as u32);
+        self.shader.values.push(Value { inst, ty, span });
+        out.stmts.push(Stmt::Let(id));
+        id
+    }
+
+    /// A call that writes to an array: a branch per case.
+    fn statement(
+        &mut self,
+        func: FuncId,
+        args: &[Arg],
+        outputs: &[LocalId],
+        result: LocalId,
+        span: Span,
+        out: &mut Block,
+    ) -> Option<()> {
+        let [output] = outputs else { return None };
+        let room = self.shader.locals[output.0 as usize].len? as usize;
+        let choices = self.choices(args)?;
+        let mut results = Vec::new();
+        let mut elements = 0;
+        let all = each_case(&choices, &mut |case| {
+            let Some(done) = interp::fold_call_with_output(func, case, room) else { return false };
+            elements += done.0.len();
+            results.push(done);
+            elements <= MAX_ELEMENTS
+        });
+        if !all {
+            return None;
+        }
+        let mut results = results.into_iter();
+        self.branches(&choices, &mut results, (*output, result), span, out);
+        Some(())
+    }
+
+    fn branches(
+        &mut self,
+        choices: &[Choice],
+        results: &mut dyn Iterator<Item = (Vec<Const>, Const)>,
+        targets: (LocalId, LocalId),
+        span: Span,
+        out: &mut Block,
+    ) {
+        let Some(((told_by, texts), rest)) = choices.split_first() else {
+            let Some((elements, value)) = results.next() else { return };
+            for (i, element) in elements.into_iter().enumerate() {
+                let ty = element.ty().unwrap_or(Ty::Int);
+                let index = self.emit(Inst::Const(Const::Int(i as i32)), Ty::Int, span, out);
+                let element = self.emit(Inst::Const(element), ty, span, out);
+                out.stmts.push(Stmt::StoreElem(targets.0, index, element));
+            }
+            let value = self.emit(Inst::Const(value), Ty::Int, span, out);
+            return out.stmts.push(Stmt::Store(targets.1, value));
+        };
+        let mut blocks = Vec::new();
+        for _ in texts {
+            let mut block = Block::default();
+            self.branches(rest, results, targets, span, &mut block);
+            blocks.push(block);
+        }
+        let Some(mut chosen) = blocks.pop() else { return };
+        if let Some(told_by) = told_by {
+            for (text, block) in texts.iter().zip(blocks).rev() {
+                let mut test = Block::default();
+                let same = self.is(*told_by, text, span, &mut test);
+                test.stmts.push(Stmt::If(same, block, chosen));
+                chosen = test;
+            }
+        }
+        out.stmts.extend(chosen.stmts);
+    }
+}
+
+/// Calls `see` on the arguments of each case, the last argument changing fastest, until it says no; whether it never did.
+fn each_case(choices: &[Choice], see: &mut dyn FnMut(&[Const]) -> bool) -> bool {
+    fn go(choices: &[Choice], case: &mut Vec<Const>, see: &mut dyn FnMut(&[Const]) -> bool) -> bool {
+        let Some(((_, texts), rest)) = choices.split_first() else { return see(case) };
+        texts.iter().all(|text| {
+            case.push(text.clone());
+            let on = go(rest, case, see);
+            case.pop();
+            on
+        })
+    }
+    go(choices, &mut Vec::new(), see)
+}

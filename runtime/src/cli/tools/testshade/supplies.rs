@@ -1,0 +1,64 @@
+//! What testshade's options give shaders beside the points: userdata, changed parameters, and when layers run.
+//!
+//! In: [`Args`] and what they build. Out: [`Supplies`] and [`Lazy`].
+
+use super::args::{Args, Value};
+use super::build::Built;
+use oslcl_compiler::types::{Base, Extent, Type};
+use oslcl_compiler::{Binding, Lazy, Userdata};
+use oslcl_runtime::shade::{Given, PointData, Supplies};
+
+/// The userdata of the reference's tool and that of `--userdata`.
+pub fn of(args: &Args) -> Supplies {
+    let mut supplies = Supplies::of_testshade();
+    supplies.userdata.extend(args.userdata.iter().map(|value| PointData {
+        declared: Userdata { name: value.name.clone(), ty: type_of(value), sometimes: false },
+        given: Given::Constant(value.value.clone()),
+    }));
+    supplies
+}
+
+/// The type that an option gives, else that of its value.
+fn type_of(value: &Value) -> Type {
+    let given = value.ty.as_deref().unwrap_or(match &value.value {
+        Binding::Int(_) => "int",
+        Binding::Str(_) => "string",
+        Binding::Floats(list) if list.len() == 3 => "vector",
+        Binding::Floats(list) if list.len() == 16 => "matrix",
+        _ => "float",
+    });
+    let (base, length) =
+        given.split_once('[').map_or((given, None), |(b, n)| (b, n.trim_end_matches(']').parse().ok()));
+    let base = match base {
+        "int" => Base::Int,
+        "color" => Base::Color,
+        "point" => Base::Point,
+        "vector" => Base::Vector,
+        "normal" => Base::Normal,
+        "matrix" => Base::Matrix,
+        "string" => Base::String,
+        _ => Base::Float,
+    };
+    Type { base, extent: length.map_or(Extent::Scalar, Extent::Fixed) }
+}
+
+/// The values of `--reparam`, by the names of interactive parameters.
+pub fn later(built: &Built) -> impl Iterator<Item = (String, Binding)> {
+    built.later.iter().map(|(layer, value)| (format!("{layer}.{}", value.name), value.value.clone()))
+}
+
+/// `--options lazylayers=0` and the like.
+pub fn lazy(args: &Args) -> Lazy {
+    let mut lazy = Lazy::default();
+    for (name, value) in &args.options {
+        let on = value != "0";
+        match name.as_str() {
+            "lazylayers" => lazy.layers = on,
+            "lazyglobals" => lazy.globals = on,
+            "lazyunconnected" => lazy.unconnected = on,
+            "lazyerror" => lazy.errors = on,
+            _ => {}
+        }
+    }
+    lazy
+}
