@@ -52,8 +52,8 @@ pub use artifact::{Artifact, Radiance};
 pub use diag::Diagnostic;
 pub use facade::{
     Binding, Bound, ColorSystem, Connection, Entry, Failure, Group, Hints, HostRun, Layer, Lazy, Master, NoIncludes,
-    Options, Oso, OsoOptions, Output, ParseError, Query, QueryParam, TextError, Userdata, Values, check_only, compile,
-    inspect, preprocessed, query_shader, to_oso,
+    Options, Oso, OsoOptions, Output, ParseError, Query, QueryParam, TextError, Userdata, Values, batch, check_only,
+    compile, inspect, preprocessed, query_shader, to_oso,
 };
 pub use interp::{Globals, Space};
 pub use passes::TextureUse;

@@ -213,16 +213,34 @@ impl Includes for WithEmbedded<'_> {
     }
 }
 
+thread_local! {
+    /// The present thread has a large stack already.
+    static LARGE: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
 /// Runs work that recurses as deep as its input nests.
 fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Diagnostic> {
+    if LARGE.get() {
+        return Ok(work());
+    }
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().name("oslcl-compiler".to_owned()).stack_size(parse::STACK_BYTES);
+        let large = || {
+            LARGE.set(true);
+            work()
+        };
         let handle = thread
-            .spawn_scoped(scope, work)
+            .spawn_scoped(scope, large)
             .map_err(|e| Diagnostic::global("E4298", format!("cannot start the compiler's thread: {e}")))?;
         // A panic in there is a defect of ours: it goes on here, with its own message.
         handle.join().map_or_else(|panic| std::panic::resume_unwind(panic), Ok)
     })
+}
+
+/// Runs work that compiles many shaders. Each compilation needs a thread with a large stack, and starts one unless it runs in
+/// here: small shaders compile a good deal faster so.
+pub fn batch<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+    on_large_stack(work).map_err(|d| Failure { diagnostics: vec![d], sources: Arc::default() })
 }
 
 /// A shader after the front half of the compiler: source to IR, done once. The back half, done once per set of bound

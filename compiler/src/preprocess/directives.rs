@@ -21,7 +21,7 @@ const MAX_ERRORS: usize = 50;
 struct Conditional {
     /// The directive that opened it.
     span: Span,
-    /// The present group is read.
+    /// The present group is read; then those around it are read, too.
     active: bool,
     /// Some group was already taken, or the whole conditional lies in a skipped group.
     done: bool,
@@ -120,7 +120,7 @@ impl<'a> Run<'a> {
         let mut lexer = self.lexer(id);
         let mut conditionals: Vec<Conditional> = Vec::new();
         while !self.give_up() {
-            let active = conditionals.iter().all(|c| c.active);
+            let active = conditionals.last().is_none_or(|c| c.active);
             lexer.lenient = !active;
             let first = lexer.next();
             self.errors.append(&mut lexer.problems);
@@ -196,7 +196,7 @@ impl<'a> Run<'a> {
         let Some(name) = line.first() else { return };
         let span = hash.span.to(line.last().map_or(name.span, |t| t.span));
         let args = &line[1..];
-        let active = conditionals.iter().all(|c| c.active);
+        let active = conditionals.last().is_none_or(|c| c.active);
         match name.str() {
             "if" | "ifdef" | "ifndef" => {
                 let taken = active && self.opening_condition(name, args);

@@ -50,7 +50,7 @@ pub struct Preprocessed {
 }
 
 /// Most bytes of output: more is taken for a macro that grows without bound.
-pub const MAX_OUTPUT: usize = 64 << 20;
+pub const MAX_OUTPUT: usize = 16 << 20;
 
 impl Preprocessed {
     /// The source place of bytes `start..end` of the text. What a macro made maps to the macro's use.
