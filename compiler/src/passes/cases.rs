@@ -205,15 +205,15 @@ impl Cases<'_> {
         if known.is_empty() || builtins::row(func).name != "attribute_get" {
             return false;
         }
-        let constants: Option<Vec<&Const>> = choices
-            .iter()
-            .map(|(by, texts)| texts.first().filter(|_| by.is_none()))
-            .collect();
-        let Some([Const::Str(object), Const::Str(name), Const::Int(index), Const::Str(asked), ..]) = constants.as_deref()
+        let constants: Option<Vec<&Const>> =
+            choices.iter().map(|(by, texts)| texts.first().filter(|_| by.is_none())).collect();
+        let Some([Const::Str(object), Const::Str(name), Const::Int(index), Const::Str(asked), ..]) =
+            constants.as_deref()
         else {
             return false;
         };
-        let bases = [Base::Int, Base::Float, Base::Color, Base::Point, Base::Vector, Base::Normal, Base::Matrix, Base::String];
+        let bases =
+            [Base::Int, Base::Float, Base::Color, Base::Point, Base::Vector, Base::Normal, Base::Matrix, Base::String];
         let keyword = asked.split('[').next().unwrap_or_default();
         let Some(base) = bases.into_iter().find(|b| b.keyword() == keyword) else { return false };
         if !object.is_empty() || !known.iter().any(|n| n == name) {
