@@ -120,7 +120,7 @@ impl Grid {
             add("", format!("camera:{name}"), ty, value);
         }
         add("options", "blahblah".to_owned(), "float", float(3.14159));
-        Attributes { list, exact: true }
+        Attributes { list, exact: true, ..Attributes::default() }
     }
 
     /// Screen, NDC and raster space of the camera, then those of [`SPACES`].
