@@ -88,8 +88,8 @@ static inline void gabor_filter(Gabor *g, real3 dpdx, real3 dpdy) {
     real3 b = cross(n, t);
     real m00 = dpdx.x * t.x + dpdy.x * t.y, m01 = dpdx.x * b.x + dpdy.x * b.y;
     real m10 = dpdx.y * t.x + dpdy.y * t.y, m11 = dpdx.y * b.x + dpdy.y * b.y;
-    Gabor22 pixel = {0.25 * (m00 * m00 + m10 * m10), 0.25 * (m00 * m01 + m10 * m11), 0.25 * (m01 * m01 + m11 * m11)};
-    real det = gabor_det(pixel);
+    Gabor22 footprint = {0.25 * (m00 * m00 + m10 * m10), 0.25 * (m00 * m01 + m10 * m11), 0.25 * (m01 * m01 + m11 * m11)};
+    real det = gabor_det(footprint);
     g->filtered = g->filtered && det >= 1e-18;
     if (!g->filtered) return;
     g->n = n;
@@ -97,13 +97,13 @@ static inline void gabor_filter(Gabor *g, real3 dpdx, real3 dpdy) {
     g->b = b;
     real a2 = g->a * g->a;
     const real four_pi2 = 4 * PI * PI;
-    Gabor22 spread = gabor_inverse(pixel);
+    Gabor22 spread = gabor_inverse(footprint);
     spread.xx = spread.xx / four_pi2 + a2 / (2 * PI);
     spread.xy = spread.xy / four_pi2;
     spread.yy = spread.yy / four_pi2 + a2 / (2 * PI);
     g->weight = 1 / (four_pi2 * sqrt(det) * sqrt(gabor_det(spread)));
     g->spread = gabor_inverse(spread);
-    Gabor22 turn = {four_pi2 * pixel.xx + 2 * PI / a2, four_pi2 * pixel.xy, four_pi2 * pixel.yy + 2 * PI / a2};
+    Gabor22 turn = {four_pi2 * footprint.xx + 2 * PI / a2, four_pi2 * footprint.xy, four_pi2 * footprint.yy + 2 * PI / a2};
     turn = gabor_inverse(turn);
     g->filtered_a = sqrt(2 * PI * sqrt(gabor_det(turn)));
     g->turn.xx = turn.xx * (2 * PI / a2);

@@ -4,7 +4,7 @@
 //! structs become one local per field, arrays of structs one array per field; `return` and `exit` become structured control
 //! flow; built-ins that are not one call are rewritten (`special`). It must not know any target.
 //!
-//! Codes: `E3001` built-in not supported yet, `E3002` closure not supported yet, `E3003` a name that must be known,
+//! Codes: `E3001` built-in not supported yet, `E3003` a name that must be known,
 //! `E3004` the shader grows too large, `E3005` other constructs not supported yet; `E2015` a function
 //! without body, `E2011` more knots than the array has.
 
