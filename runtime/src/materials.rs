@@ -229,7 +229,14 @@ fn of_group(material: &Material, mut options: Options) -> Result<oslcl_compiler:
         Master::new(&source, &options, &Beside).map(Arc::new)
     };
     let group = Group::parse(&material.name, &material.source, &mut find).map_err(|e| match e {
-        ParseError::Text(e) => told(e.diagnostic()),
+        ParseError::Text(e) => {
+            let message = format!("{}:{}:{}: shader group: {}", options.file_name, e.line, e.column, e.message);
+            let d = Diagnostic::global("E4017", message);
+            told(match e.help {
+                Some(help) => d.help(help),
+                None => d,
+            })
+        }
         ParseError::Shader { cause, .. } => cause,
     })?;
     let last = group.layers.last().map_or("", |l| l.name.as_str());

@@ -333,3 +333,19 @@ fn shade_agrees_with_the_reference_implementation() {
     }
     assert_eq!(listing(&at), ["c.exr"]);
 }
+
+/// A malformed group in a scene is reported where it stands in the scene's file.
+#[test]
+fn malformed_groups_name_the_line_of_the_scene() {
+    let at = folder("malformed_groups");
+    let head = "[camera]\norigin = [0, -4, 0]\ntarget = [0, 0, 0]\n\
+        [[meshes]]\nname = \"ball\"\nshape = \"sphere\"\nmaterial = \"m\"\n[materials.m]\n";
+    let texts = [
+        ("group = \"shader matte a; bogus a.x b.y;\"", "scene.toml:9:26: shader group: "),
+        ("group = \"\"\"\nshader matte a;\n  bogus a.x b.y;\n\"\"\"", "scene.toml:11:3: shader group: "),
+    ];
+    for (line, place) in texts {
+        fs::write(at.join("scene.toml"), format!("{head}{line}\n")).expect("a scene");
+        fails(&oslcl(&at, &["plan", "scene.toml"]), 1, &["E4017", place]);
+    }
+}

@@ -52,7 +52,7 @@ pub(super) fn attributes(table: &Table<'_>) -> Result<Attributes, Error> {
     value.table()?.entries().map(|(name, value)| Ok((name.to_string(), param(&value)?))).collect()
 }
 
-/// OSL text from the scene file, behind as many empty lines and blanks as make its lines and columns those of the file.
+/// OSL or a group's text from the scene file, behind as many empty lines and blanks as make its lines and columns those of the file.
 /// (Escapes within the text are shorter than they look there.)
 fn in_place(osl: &Value<'_>) -> Result<String, Error> {
     let (text, at) = (osl.string()?, osl.at());
@@ -65,9 +65,9 @@ fn in_place(osl: &Value<'_>) -> Result<String, Error> {
     Ok("\n".repeat(lines) + &" ".repeat(blanks) + text)
 }
 
-/// A group: its text stays as it is; the compiler reads it.
+/// A group: the compiler reads its text, which stands where it does in the scene file, so that errors name that file's lines.
 fn of_group(text: &Value<'_>, name: &str) -> Result<Material, Error> {
-    let (source, path) = (text.string()?.to_string(), text.text.path.to_path_buf());
+    let (source, path) = (in_place(text)?, text.text.path.to_path_buf());
     Ok(Material { group: true, ..Material::new(name, path, source) })
 }
 
