@@ -92,16 +92,21 @@ fn a_bump_tilts_the_normal_and_moves_nothing() {
 }
 
 /// How far the surface is moved, by place.
-const ROUGH: &str = "point moved = P + (0.04 * noise(\"perlin\", 6 * P)) * N;";
+const ROUGH: &str = "point moved = P + (0.1 * noise(\"perlin\", 3 * P)) * N;";
 
 #[test]
 fn a_noisy_surface_has_the_normals_that_it_says() {
     let small = DAffine3::from_scale(DVec3::splat(0.7));
     // Rough enough for its shadowless shading to differ from the ball's, seen as a bump and as a displacement.
-    let whole = |rest: &str| picture(&ball(Some(&format!("displacement d() {{ {ROUGH} {rest} }}")), small));
+    let fine = |source: Option<&str>| {
+        let mut scene = ball(source, small);
+        scene.meshes[0] = oslcl_runtime::scene::shapes::sphere(2.0, 192, 96);
+        picture(&scene)
+    };
+    let whole = |rest: &str| fine(Some(&format!("displacement d() {{ {ROUGH} {rest} }}")));
     let bump = whole("N = normalize(calculatenormal(moved));");
     let displaced = whole("P = moved; N = normalize(calculatenormal(P));");
-    let plain = picture(&ball(None, small));
+    let plain = fine(None);
     let error = |a: &Picture, b: &Picture| {
         // Silhouettes are another matter.
         let inside = |i: usize| (i as f64 % 16.0 - 7.5).hypot((i / 16) as f64 - 7.5) < 4.5;
