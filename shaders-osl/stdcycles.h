@@ -28,7 +28,7 @@ float cycles_hair_scale(float roughness)
 }
 
 // Hair, whose cuticles stand at `tilt` radians.
-closure color cycles_hair(normal N, color sigma, float along, float around, float coat, float tilt, float eta) [[ int tokens = 0 ]]
+closure color cycles_hair(normal N, color sigma, float along, float around, float coat, float tilt, float eta)
 {
     float v = cycles_hair_variance(along);
     float s = cycles_hair_scale(around);

@@ -66,8 +66,9 @@ pub(crate) fn complete(
             Item::Function(f) => f.body.is_some() || !found.contains(&f.name.name),
             _ => true,
         });
-        // Helpers, which return no closure, come along.
-        let taken = functions.into_iter().filter(|f| f.ret.name != TypeName::Closure || found.contains(&f.name.name));
+        // Helpers, which return no closure or say nothing of tokens, come along.
+        let helps = |f: &Function| f.ret.name != TypeName::Closure || metadata(f, "tokens").is_none();
+        let taken = functions.into_iter().filter(|f| helps(f) || found.contains(&f.name.name));
         file.items.splice(0..0, taken.map(Item::Function));
     }
     Ok(())

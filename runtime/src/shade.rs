@@ -96,10 +96,12 @@ pub enum Error {
     #[error("nothing to shade: the grid or the list of outputs is empty")]
     Empty,
     /// The host has no memory for the values.
-    #[error("not enough memory for {} x {} points of {reals} numbers\n  help: use a smaller grid", grid.width, grid.height)]
+    #[error("not enough memory for {width} x {height} points of {reals} numbers\n  help: use a smaller grid")]
     TooLarge {
-        /// The points.
-        grid: Grid,
+        /// Points across.
+        width: u32,
+        /// Points down.
+        height: u32,
         /// Numbers per point.
         reals: u64,
     },
@@ -213,7 +215,11 @@ fn on_host(
     grid: Grid,
     run: impl FnOnce(u32, &(dyn Fn(u32) -> Globals + Sync)) -> Result<HostRun, Failure>,
 ) -> Result<Shaded, HostError> {
-    let count = grid.width.checked_mul(grid.height).ok_or(Error::TooLarge { grid, reals: 1 })?;
+    let count = grid.width.checked_mul(grid.height).ok_or(Error::TooLarge {
+        width: grid.width,
+        height: grid.height,
+        reals: 1,
+    })?;
     if count == 0 {
         return Err(Error::Empty.into());
     }
@@ -240,7 +246,7 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
         let mut data: Vec<f64> = Vec::new();
         let room = points.checked_mul(u64::from(output.reals)).and_then(|n| usize::try_from(n).ok());
         if room.is_none_or(|n| data.try_reserve_exact(n).is_err()) {
-            return Err(Error::TooLarge { grid, reals });
+            return Err(Error::TooLarge { width: grid.width, height: grid.height, reals });
         }
         planes.push(Plane { name: output.name.clone(), ty: output.ty.clone(), grid, channels: output.reals, data });
     }

@@ -47,7 +47,7 @@ pub enum Lowering {
     Host,
     /// As `Host`, and not callable by users.
     InternalHost,
-    /// One IR call that is answered "not supported yet" unless folding drops the branch around it (`passes::review`).
+    /// One IR call that does nothing or gives 0, as in the reference, which warns (`passes::review`).
     NotYet,
 }
 

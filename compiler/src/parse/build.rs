@@ -215,13 +215,7 @@ impl<'a> Builder<'a> {
         let name = match (inner.as_rule(), inner.as_str()) {
             (Rule::ident, name) => TypeName::Struct(name.to_string()),
             (Rule::closure_type, _) => {
-                let of = children(inner).next().ok_or_else(|| self.missing(span))?;
-                if of.as_str() != "color" {
-                    let message = format!("`closure {}` does not exist", of.as_str());
-                    return Err(
-                        Diagnostic::error("E1001", span, message).help("the only closure type is `closure color`")
-                    );
-                }
+                // `closure matrix` and the like are read as in the reference: closures of any type add up alike.
                 TypeName::Closure
             }
             (_, "int") => TypeName::Int,

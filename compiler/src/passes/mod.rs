@@ -120,7 +120,7 @@ pub fn optimise_with(
         check(shader, "fold");
         rounds += 1;
     }
-    review::refuse_calls(shader, settings)?;
+    let mut said = review::refuse_calls(shader, settings)?;
     prune(shader, outputs);
     check(shader, "prune");
     let reduce = |shader: &mut Shader| {
@@ -145,7 +145,8 @@ pub fn optimise_with(
     }
     textures::textures(shader)?;
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
-    Ok(warnings)
+    said.extend(warnings);
+    Ok(said)
 }
 
 /// Answers `isconstant` with 0 where folding found no constant; whether there was such a call.

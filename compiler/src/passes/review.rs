@@ -8,36 +8,96 @@ use super::strings::Strings;
 use super::{Settings, Target};
 use crate::builtins::{self, Lowering};
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, BinaryOp, Const, Inst, Shader, SlotArg, Stmt, Ty, Value, ValueId};
+use crate::ir::{Arg, BinaryOp, Block, Const, Inst, Shader, SlotArg, Stmt, Ty, Value, ValueId};
 use crate::suggest;
 use std::collections::BTreeSet;
 
 /// Microfacet distributions that kernels/bsdf/distribution.h knows.
 const DISTRIBUTIONS: [&str; 3] = ["ggx", "beckmann", "default"];
 
-/// Refuses built-ins that are not supported, and statements that only the host could carry out, such as `printf`. To be
-/// called before pruning, which drops what nothing uses: such a call may write to more than its result.
-pub(super) fn refuse_calls(shader: &Shader, settings: &Settings<'_>) -> Result<(), Vec<Diagnostic>> {
-    let is_host = |func| settings.target == Target::Device && is_host(func);
+/// Refuses statements that only the host could carry out, such as `printf`; calls of what no renderer has done yet, the reference
+/// included, do nothing or give 0, with a warning. To be called before pruning, which drops what nothing uses: such a call may
+/// write to more than its result.
+pub(super) fn refuse_calls(shader: &mut Shader, settings: &Settings<'_>) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let is_missing = |func| is_missing(func) || !settings.grid && builtins::row(func).name == "trace_hit";
-    let mut errors = Vec::new();
+    let is_attribute = |func| builtins::row(func).name == "attribute_get";
+    let is_host = |func| settings.target == Target::Device && is_host(func) && !is_attribute(func);
+    let (mut errors, mut warnings) = (Vec::new(), Vec::new());
     for block in shader.blocks() {
         block.walk(&mut |s| {
             let (func, span) = match s {
-                Stmt::Call { func, span, .. } if is_host(*func) || is_missing(*func) => (func, *span),
+                Stmt::Call { func, span, .. } => (*func, *span),
                 Stmt::Let(id) => match &shader.values[id.0 as usize] {
-                    Value { inst: Inst::Call(func, _), span, .. } if is_missing(*func) => (func, *span),
+                    Value { inst: Inst::Call(func, _), span, .. } if is_missing(*func) => (*func, *span),
                     _ => return,
                 },
                 _ => return,
             };
-            add(
-                &mut errors,
-                Diagnostic::not_yet("E3001", span, format!("`{}`", public_name(builtins::row(*func).name))),
-            );
+            let name = public_name(builtins::row(func).name);
+            if is_missing(func) {
+                let effect = match name {
+                    "trace" => "finds nothing in renders",
+                    "random" | "transformu" => "gives 0",
+                    _ => "does nothing",
+                };
+                add(&mut warnings, Diagnostic::warning("W3003", span, format!("`{name}` {effect}")));
+            } else if settings.target == Target::Device && is_attribute(func) {
+                let message = "the attribute's name is not known at compile time: it is taken as missing";
+                add(&mut warnings, Diagnostic::warning("W3003", span, message));
+            } else if is_host(func) {
+                add(&mut errors, Diagnostic::not_yet("E3001", span, format!("`{name}`")));
+            }
         });
     }
-    if errors.is_empty() { Ok(()) } else { Err(errors) }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    if warnings.is_empty() {
+        return Ok(warnings);
+    }
+    for value in &mut shader.values {
+        let Inst::Call(func, _) = &value.inst else { continue };
+        if !is_missing(*func) {
+            continue;
+        }
+        value.inst = Inst::Const(match value.ty {
+            Ty::Int => Const::Int(0),
+            Ty::Triple => Const::Triple([0.0; 3]),
+            _ => Const::Float(0.0),
+        });
+    }
+    let gone = |func| is_missing(func) || settings.target == Target::Device && is_attribute(func);
+    for param in &mut shader.params {
+        drop_calls(&mut param.init, &gone, &mut shader.values);
+    }
+    drop_calls(&mut shader.body, &gone, &mut shader.values);
+    Ok(warnings)
+}
+
+/// Leaves calls out; their results are 0.
+fn drop_calls(block: &mut Block, gone: &dyn Fn(builtins::FuncId) -> bool, values: &mut Vec<Value>) {
+    for stmt in std::mem::take(&mut block.stmts) {
+        match stmt {
+            Stmt::Call { func, result, span, .. } if gone(func) => {
+                let Some(result) = result else { continue };
+                let id = ValueId(values.len() as u32);
+                values.push(Value { inst: Inst::Const(Const::Int(0)), ty: Ty::Int, span });
+                block.stmts.extend([Stmt::Let(id), Stmt::Store(result, id)]);
+            }
+            Stmt::If(cond, mut a, mut b) => {
+                drop_calls(&mut a, gone, values);
+                drop_calls(&mut b, gone, values);
+                block.stmts.push(Stmt::If(cond, a, b));
+            }
+            Stmt::Loop(mut l) => {
+                for inner in [&mut l.head, &mut l.body, &mut l.step] {
+                    drop_calls(inner, gone, values);
+                }
+                block.stmts.push(Stmt::Loop(l));
+            }
+            other => block.stmts.push(other),
+        }
+    }
 }
 
 /// A built-in as users know it.
