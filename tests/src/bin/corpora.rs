@@ -77,7 +77,11 @@ fn compile(path: &Path, includes: &Folders, file: usize) -> Result<Vec<Code>, Fa
     let bytes = fs::read(path).unwrap_or_default();
     let text = String::from_utf8_lossy(&bytes);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let options = Options { file_name: path.display().to_string(), textures: Some(Arc::new(textures::Library::new(textures::Settings::default())).access()), ..Options::default() };
+    let options = Options {
+        file_name: path.display().to_string(),
+        textures: Some(Arc::new(textures::Library::new(textures::Settings::default())).access()),
+        ..Options::default()
+    };
     let master = Master::new(text, &options, includes)?;
     let code = |Output { artifact, .. }: Output| {
         let mut macros: Vec<String> = artifact.lobes.iter().map(|l| format!("HAS_LOBE_{}", l.to_uppercase())).collect();
