@@ -68,7 +68,9 @@ __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_
 #endif
 #ifdef HAS_USERDATA
     real userdata[HAS_USERDATA];
-    for (uint k = 0; k < HAS_USERDATA; k++) userdata[k] = vertex_userdata[(size_t)HAS_USERDATA * (first + i) + k];
+    // By bytes: some slots are ints, which a store of reals need not reach.
+    __global const uchar *from = (__global const uchar *)(vertex_userdata + (size_t)HAS_USERDATA * (first + i));
+    for (uint k = 0; k < sizeof(userdata); k++) ((uchar *)userdata)[k] = from[k];
     sg.userdata = userdata;
 #endif
     real values[6];

@@ -13,9 +13,9 @@ static inline real3 environment_radiance(const Context *c, real3 I)
     ShadeResult result;
     environment_point(c, I, &sg);
 #ifdef HAS_USERDATA
-    // Nothing is there.
+    // Nothing is there. By bytes: some slots are ints, which a store of reals need not reach.
     real userdata[HAS_USERDATA];
-    for (uint i = 0; i < HAS_USERDATA; i++) userdata[i] = 0;
+    for (uint i = 0; i < sizeof(userdata); i++) ((uchar *)userdata)[i] = 0;
     sg.userdata = userdata;
 #endif
     MATERIAL_ENTRY(&sg, 0, &result);
@@ -32,9 +32,9 @@ static inline int stage_environment(const Context *c, uint slot)
     footprint_direction(c, slot, d, &sg);
 #endif
 #ifdef HAS_USERDATA
-    // Nothing is there.
+    // Nothing is there. By bytes: some slots are ints, which a store of reals need not reach.
     real userdata[HAS_USERDATA];
-    for (uint i = 0; i < HAS_USERDATA; i++) userdata[i] = 0;
+    for (uint i = 0; i < sizeof(userdata); i++) ((uchar *)userdata)[i] = 0;
     sg.userdata = userdata;
 #endif
     MATERIAL_ENTRY(&sg, 0, &result);

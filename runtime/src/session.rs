@@ -118,6 +118,11 @@ impl<'a> Session<'a> {
         })
     }
 
+    /// The plan that is carried out.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
     /// Sets an interactive parameter of a material; in a group its name is `layer.param`.
     pub fn set(&mut self, material: MaterialId, name: &str, value: &ParamValue) -> Result<(), Error> {
         let index = material.0 as usize;

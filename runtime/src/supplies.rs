@@ -76,7 +76,9 @@ impl Supplies {
             return String::new();
         }
         let mut text = String::from("\nstatic inline void shade_userdata(const ShaderGlobals *sg, real *slots)\n{\n");
-        let _ = writeln!(text, "    for (int i = 0; i < {}; i++) slots[i] = 0;", inputs.userdata_slots);
+        // By bytes: some slots are ints, which a store of reals need not reach.
+        let bytes = format!("{} * sizeof(real)", inputs.userdata_slots);
+        let _ = writeln!(text, "    for (uint i = 0; i < {bytes}; i++) ((uchar *)slots)[i] = 0;");
         for slot in &inputs.userdata {
             if let Some(data) = self.userdata.iter().rev().find(|d| d.declared.name == slot.name) {
                 fill(&mut text, slot, &data.given);

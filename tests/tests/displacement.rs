@@ -91,6 +91,70 @@ fn a_bump_tilts_the_normal_and_moves_nothing() {
     assert!(shown(None).iter().flatten().all(|v| v.abs() < 1e-6));
 }
 
+/// How far the surface is moved, by place.
+const ROUGH: &str = "point moved = P + (0.1 * noise(\"perlin\", 3 * P)) * N;";
+
+#[test]
+fn a_noisy_surface_has_the_normals_that_it_says() {
+    let small = DAffine3::from_scale(DVec3::splat(0.7));
+    // Rough enough for its shadowless shading to differ from the ball's, seen as a bump and as a displacement.
+    let fine = |source: Option<&str>| {
+        let mut scene = ball(source, small);
+        scene.meshes[0] = oslcl_runtime::scene::shapes::sphere(2.0, 192, 96);
+        picture(&scene)
+    };
+    let whole = |rest: &str| fine(Some(&format!("displacement d() {{ {ROUGH} {rest} }}")));
+    let bump = whole("N = normalize(calculatenormal(moved));");
+    let displaced = whole("P = moved; N = normalize(calculatenormal(P));");
+    let plain = fine(None);
+    let error = |a: &Picture, b: &Picture| {
+        // Silhouettes are another matter.
+        let inside = |i: usize| (i as f64 % 16.0 - 7.5).hypot((i / 16) as f64 - 7.5) < 4.5;
+        let pairs = a.pixels.iter().zip(&b.pixels).enumerate().filter(|(i, _)| inside(*i));
+        pairs.map(|(_, (p, q))| f64::from((p[0] - q[0]).abs())).sum::<f64>()
+    };
+    let (with, without) = (error(&bump, &displaced), error(&plain, &displaced));
+    assert!(with < 0.5 * without, "{with} against {without}");
+}
+
+#[test]
+fn displacement_shaders_speak_and_are_counted() {
+    let mut scene = ball(None, DAffine3::IDENTITY);
+    let source = "displacement d() { float far[2]; string kind = \"none\"; getattribute(\"kind\", kind);
+        printf(\"%s %d\\n\", kind, filterwidth(u) > 0 && filterwidth(u) < 0.5 && filterwidth(P) != 0); }";
+    let by = material(&mut scene, source, &[]);
+    scene.materials[0].displacement = Some(by);
+    let kind = |k: &str| vec![("kind".to_owned(), oslcl_runtime::scene::ParamValue::Str(k.into()))];
+    scene.instances.push(scene.instances[0].clone());
+    scene.instances[0].attributes = kind("left");
+    scene.instances[1].attributes = kind("right");
+    let (_, summary) = render(&scene, Precision::Standard);
+    let told: Vec<(&str, u64)> = summary.messages.told.iter().map(|t| (t.text.as_str(), t.count)).collect();
+    let vertices = scene.meshes[0].positions.len() as u64;
+    assert_eq!(told, [("left 1\n", vertices), ("right 1\n", vertices)]);
+    assert!(summary.messages.told.iter().all(|t| t.material == "m1"));
+}
+
+#[test]
+fn displacement_reads_textures_data_and_spaces() {
+    let folder = std::env::temp_dir().join(format!("oslcl-displacement-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let grey = Picture { width: 4, height: 4, pixels: vec![[0.25; 3]; 16], ..Picture::default() };
+    oslcl_runtime::film::write(&folder.join("grey.exr"), &grey, 0.0).expect("written");
+    let textured = "displacement d(float lift = 0 [[ int lockgeom = 0 ]]) {
+        point c = transform(\"camera\", transform(\"NDC\", \"camera\", transform(\"NDC\", P)));
+        P += ((float)texture(\"grey.exr\", u, v, \"wrap\", \"clamp\") + lift) * N; }";
+    let mut scene = ball(Some(textured), DAffine3::from_scale(DVec3::splat(0.25)));
+    scene.textures.push(folder.clone());
+    let count = scene.meshes[0].positions.len();
+    let data = oslcl_runtime::scene::VertexData { name: "lift".into(), channels: 1, values: vec![0.25; count] };
+    scene.meshes[0].data.push(data);
+    let moved = picture(&scene);
+    let larger = picture(&ball(None, DAffine3::from_scale(DVec3::splat(0.75))));
+    assert!(differing(&moved, &larger) * 100 < moved.pixels.len(), "{}", differing(&moved, &larger));
+    std::fs::remove_dir_all(&folder).expect("removed");
+}
+
 fn refusal(scene: &Scene) -> String {
     let device = Device::open(None).expect("an OpenCL device");
     let result = renderer::render(scene, &device, &renderer::Options::default(), &mut |_| {});

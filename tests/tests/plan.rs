@@ -3,8 +3,8 @@
 use glam::DAffine3;
 use oslcl_runtime::plan::Effect;
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::scene::Scene;
-use oslcl_runtime::{programs, render};
+use oslcl_runtime::scene::{Scene, VertexData};
+use oslcl_runtime::{device::Device, programs, render, session::Session};
 use oslcl_tests::scenes::{empty, material, mesh, place, sphere, wall};
 use std::collections::BTreeSet;
 
@@ -58,6 +58,23 @@ fn each_effect_is_asked_for_by_what_needs_it() {
     check(
         &wall_of("surface d() { printf(\"%g\\n\", P); Ci = diffuse(N); }"),
         &["surfaces", "lobe_diffuse", "messages"],
+    );
+    check(
+        &wall_of("surface d() { Ci = transform(\"NDC\", P)[0] * diffuse(N); }"),
+        &["surfaces", "lobe_diffuse", "other_spaces"],
+    );
+    // A wall has such coordinates, and all of it: they are u and v.
+    check(
+        &wall_of("surface d(float s = 0 [[ int lockgeom = 0 ]]) { Ci = s * diffuse(N); }"),
+        &["surfaces", "lobe_diffuse", "uvs"],
+    );
+    check(
+        &wall_of("surface d(float st[2] = {0, 0} [[ int lockgeom = 0 ]]) { Ci = st[0] * diffuse(N); }"),
+        &["surfaces", "lobe_diffuse", "userdata"],
+    );
+    check(
+        &wall_of("surface d(float other = 0 [[ int lockgeom = 0, int interactive = 1 ]]) { Ci = other * diffuse(N); }"),
+        &["surfaces"],
     );
     check(
         &wall_of("surface d(int say = 0) { if (say) printf(\"x\"); Ci = diffuse(N); }"),
@@ -123,7 +140,7 @@ fn text_of(scene: &Scene) -> String {
 }
 
 /// Symbols of effects.
-const SYMBOLS: [&str; 20] = [
+const SYMBOLS: [&str; 36] = [
     "#define HAS_LIGHTS",
     "#define HAS_ENVIRONMENT",
     "#define HAS_NORMALS",
@@ -133,6 +150,22 @@ const SYMBOLS: [&str; 20] = [
     "#define HAS_ROULETTE",
     "#define HAS_LOBE_MICROFACET",
     "#define HAS_DERIVATIVES",
+    "#define HAS_TEXTURES",
+    "#define HAS_MESSAGES",
+    "#define HAS_OTHER_SPACES",
+    "#define HAS_USERDATA",
+    "#define MATERIAL_INTERACTIVE",
+    "#define HAS_LOBE_SHEEN",
+    "#define HAS_LOBE_DIELECTRIC",
+    "#define HAS_LOBE_THIN_FILM",
+    "*textures,",
+    "*messages,",
+    "*other_spaces,",
+    "*userdata,",
+    "*userdata_places,",
+    "*interactive,",
+    "void material_userdata(",
+    "record_open",
     "#define PATH_cone_width",
     "#define PATH_shadow_o",
     "#define PATH_pdf",
@@ -153,8 +186,18 @@ fn what_is_off_has_no_macro_no_buffer_and_no_queue() {
         assert!(!plain.contains(absent), "{absent}");
     }
     // Each of those is there when asked for, or the check above would hold nothing.
-    let mut scene =
-        wall_of("surface d() { Ci = Dx(P) * diffuse(N) + u * emission() + microfacet(\"ggx\", N, 0.1, 1.5, 0); }");
+    let mut scene = wall_of(
+        "surface d(float s = 0 [[ int lockgeom = 0 ]]) {
+            printf(\"%g\", s);
+            point p = transform(\"raster\", P);
+            Ci = Dx(P) * diffuse(N) + u * emission() + microfacet(\"ggx\", N, 0.1, 1.5, 0)
+                + (color)texture(\"a.tif\", p[0], p[1]) * sheen_bsdf(N, color(1), 0.5)
+                + dielectric_bsdf(N, dPdu, color(1), color(1), 0.1, 0.1, 1.5, \"ggx\", \"thinfilm_thickness\", 300.0,
+                    \"thinfilm_ior\", 1.4);
+        }",
+    );
+    scene.meshes[0].data =
+        vec![VertexData { name: "s".into(), channels: 1, values: vec![0.0; scene.meshes[0].positions.len()] }];
     scene.camera.lens_radius = 0.1;
     scene.integrator.roulette_from = Some(3);
     let ball = mesh(&mut scene, sphere());
@@ -163,7 +206,14 @@ fn what_is_off_has_no_macro_no_buffer_and_no_queue() {
     place(&mut scene, ball, m, DAffine3::IDENTITY);
     let sky = material(&mut scene, "surface s() { Ci = max(0, I[2]) * background(); }", &[]);
     scene.environment = Some(sky);
-    let full = text_of(&scene);
+    let mut live = wall_of("surface d(float k = 1) { Ci = k * diffuse(N); }");
+    live.materials[0].interactive = vec!["k".into()];
+    assert!(!text_of(&live).contains("nteractive,"), "what is rendered once has no such parameters");
+    let device = Device::open(None).expect("an OpenCL device");
+    let session = Session::new(&live, &device, &render::Options::default()).unwrap_or_else(|e| panic!("{e}"));
+    let live: String =
+        session.plan().programs.iter().map(|p| programs::source(session.plan(), p, 64).expect("assembles")).collect();
+    let full = text_of(&scene) + &live;
     for present in SYMBOLS {
         assert!(full.contains(present), "{present}");
     }

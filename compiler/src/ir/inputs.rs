@@ -37,6 +37,16 @@ impl InputLayout {
                 *flag = true;
             }
         }
+        // Who only asks whether there is a value names the value, too, so that the renderer knows what is asked for.
+        for i in 0..read.len() {
+            let input = &shader.inputs[i];
+            if read[i] && input.source == Source::HasUserdata {
+                let value = |other: &super::Input| other.source == Source::Userdata && other.name == input.name;
+                if let Some(of) = shader.inputs.iter().position(value) {
+                    read[of] = true;
+                }
+            }
+        }
         let mut layout = InputLayout::default();
         for (input, read) in shader.inputs.iter().zip(read) {
             let total = match input.source {

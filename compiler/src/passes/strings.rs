@@ -2,7 +2,7 @@
 //!
 //! In: IR. Out: for values and locals, all texts that they can hold, whatever the flow of control.
 
-use crate::ir::{Const, Inst, LocalId, Shader, Stmt, Ty, ValueId};
+use crate::ir::{Const, Inst, LocalId, LocalKind, Shader, Stmt, Ty, ValueId};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// Where the strings of each local come from, whatever the flow of control.
@@ -28,6 +28,9 @@ impl Strings {
             });
         }
         strings.foreign.extend(shader.params.iter().filter(|p| p.varying).map(|p| p.local));
+        // What the renderer supplies may be any string.
+        let inputs = shader.locals.iter().enumerate().filter(|(_, l)| matches!(l.kind, LocalKind::Input(_)));
+        strings.foreign.extend(inputs.map(|(i, _)| LocalId(i as u32)));
         strings
     }
 
