@@ -129,7 +129,8 @@ fn cause(failure: &Failure) -> Fate {
 
 fn build(device: &Device, group: &[Code]) -> Result<(), String> {
     let macros: BTreeSet<&String> = group.iter().flat_map(|c| &c.macros).collect();
-    let mut text: String = macros.iter().map(|m| format!("#define {m}\n")).collect();
+    let mut text = String::from("#define HAS_DERIVATIVES\n");
+    text.extend(macros.iter().map(|m| format!("#define {m}\n")));
     for one in group {
         text.push_str(&one.code);
         text.push('\n');
