@@ -10,9 +10,17 @@
 #include "footprint.h"
 #include "globals.h"
 
-// Where what the shader says goes; its number tells whose it is.
+// Where what the shader says goes (its number tells whose it is), and what is the same for all points.
 static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
 {
+#ifdef HAS_OTHER_SPACES
+    sg->other_spaces = c->other_spaces;
+#else
+    sg->other_spaces = 0;
+#endif
+#ifdef MATERIAL_INTERACTIVE
+    sg->interactive = c->interactive + MATERIAL_INTERACTIVE;
+#endif
 #ifdef HAS_TEXTURES
     sg->textures = c->textures;
 #endif
@@ -156,7 +164,6 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
 #else
     sg->camera_space = 0;
 #endif
-    sg->other_spaces = 0;
 #ifdef HAS_DERIVATIVES
     footprint_none(sg);
 #endif
@@ -180,7 +187,6 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
 #else
     sg->camera_space = 0;
 #endif
-    sg->other_spaces = 0;
 #ifdef HAS_DERIVATIVES
     footprint_none(sg);
 #endif

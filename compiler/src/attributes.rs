@@ -28,8 +28,24 @@ pub struct Attribute {
 pub struct Attributes {
     /// All of them; the first that fits counts.
     pub list: Vec<Attribute>,
+    /// Names of attributes that differ from object to object: the renderer supplies them as userdata, whose name
+    /// [`asked`] reads.
+    pub varying: Vec<String>,
     /// Types must agree exactly, as testshade's renderer wants it; else they convert.
     pub exact: bool,
+}
+
+/// The name of the userdata that stands for an attribute that differs from object to object, asked for in this type; an
+/// index less than 0 means all of it.
+pub(crate) fn userdata_name(name: &str, index: i32, ty: &str) -> String {
+    format!("attribute {ty} {index} {name}")
+}
+
+/// The attribute that userdata of this name stands for, and which element of it; `None`: it is no attribute.
+pub fn asked(userdata: &str) -> Option<(&str, Option<usize>)> {
+    let mut words = userdata.strip_prefix("attribute ")?.splitn(3, ' ').skip(1);
+    let index = words.next()?.parse::<i32>().ok()?;
+    Some((words.next()?, usize::try_from(index).ok()))
 }
 
 /// One question.
@@ -114,14 +130,21 @@ mod tests {
                 value: Const::Array(vec![Const::Int(4), Const::Int(3)]),
             },
         ];
-        let loose = Attributes { list: list.clone(), exact: false };
+        let loose = Attributes { list: list.clone(), ..Attributes::default() };
         let ask = |a: &Attributes, object, name, index, ty| a.find(&Question { object, name, index, ty });
         assert_eq!(ask(&loose, "", "w", -1, "int"), Some(vec![Const::Int(2)]));
         assert_eq!(ask(&loose, "", "w", -1, "color"), Some(vec![Const::Triple([2.7; 3])]));
         assert_eq!(ask(&loose, "cam", "res", 1, "int"), Some(vec![Const::Int(3)]));
         assert_eq!(ask(&loose, "", "res", 1, "int"), None);
-        let exact = Attributes { list, exact: true };
+        let exact = Attributes { list, exact: true, ..Attributes::default() };
         assert_eq!(ask(&exact, "", "w", -1, "int"), None);
         assert_eq!(ask(&exact, "", "osl:version", -1, "int"), Some(vec![Const::Int(11600)]));
+    }
+
+    #[test]
+    fn names_of_userdata_read_back() {
+        assert_eq!(asked(&userdata_name("a b", -1, "float[2]")), Some(("a b", None)));
+        assert_eq!(asked(&userdata_name("w", 3, "int")), Some(("w", Some(3))));
+        assert_eq!(asked("st"), None);
     }
 }

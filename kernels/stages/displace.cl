@@ -1,15 +1,25 @@
 // Runs a displacement shader at the vertices of a mesh.
 // In: DISPLACE_ENTRY, a grid function with the outputs P and N that the compiler wrote; the generated text stands before this
-// one. Per vertex 14 reals: P and N in common space, dPdu, dPdv, and u, v. Out per vertex 6 reals: how far P moved, and N.
+// one. Per vertex 16 reals: P and N in common space, dPdu, dPdv, u, v, and
+// how far u and v go to the next vertex. Out per vertex 6 reals: how far P moved, and N.
 #include "globals.h"
 #include "maths.h"
 
-#define VERTEX_REALS 14
+#define VERTEX_REALS 16
 
 __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_z, __global const real *spaces,
                        __global const real *vertices, __global real *outputs
 #ifdef HAS_TEXTURES
                        , __global const uint *textures
+#endif
+#ifdef HAS_MESSAGES
+                       , __global uint *records
+#endif
+#ifdef HAS_INTERACTIVE
+                       , __global const real *interactive
+#endif
+#ifdef HAS_USERDATA
+                       , __global const real *vertex_userdata
 #endif
                        )
 {
@@ -34,18 +44,32 @@ __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_
     sg.object_space = spaces;
     sg.shader_space = spaces;
     sg.camera_space = spaces + 32;
-    sg.other_spaces = 0;
+    sg.other_spaces = spaces + 64;
 #ifdef HAS_DERIVATIVES
-    // There are no pixels: x and y run along u and v, so that calculatenormal(P) is the displaced surface's normal.
-    sg.dPdx = sg.dPdu;
-    sg.dPdy = sg.dPdv;
-    sg.dudx = sg.dvdy = 1;
+    // There are no pixels: x and y run along u and v, by as much as vertices are apart, so that
+    // calculatenormal(P) is the displaced surface's normal and filters are as wide as the mesh resolves.
+    sg.dudx = vertex[14];
+    sg.dvdy = vertex[15];
+    sg.dPdx = sg.dPdu * sg.dudx;
+    sg.dPdy = sg.dPdv * sg.dvdy;
     sg.dudy = sg.dvdx = 0;
     sg.dIdx = sg.dIdy = sg.dPsdx = sg.dPsdy = (real3)(0);
     sg.flip_handedness = dot(cross(sg.dPdx, sg.dPdy), sg.N) < 0;
 #endif
 #ifdef HAS_TEXTURES
     sg.textures = textures;
+#endif
+    sg.point = first + i;
+#ifdef HAS_MESSAGES
+    sg.records = records;
+#endif
+#ifdef HAS_INTERACTIVE
+    sg.interactive = interactive;
+#endif
+#ifdef HAS_USERDATA
+    real userdata[HAS_USERDATA];
+    for (uint k = 0; k < HAS_USERDATA; k++) userdata[k] = vertex_userdata[(size_t)HAS_USERDATA * (first + i) + k];
+    sg.userdata = userdata;
 #endif
     real values[6];
     DISPLACE_ENTRY(&sg, values);

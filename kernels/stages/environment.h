@@ -12,6 +12,12 @@ static inline real3 environment_radiance(const Context *c, real3 I)
     ShaderGlobals sg;
     ShadeResult result;
     environment_point(c, I, &sg);
+#ifdef HAS_USERDATA
+    // Nothing is there.
+    real userdata[HAS_USERDATA];
+    for (uint i = 0; i < HAS_USERDATA; i++) userdata[i] = 0;
+    sg.userdata = userdata;
+#endif
     MATERIAL_ENTRY(&sg, 0, &result);
     return result.background;
 }
@@ -24,6 +30,12 @@ static inline int stage_environment(const Context *c, uint slot)
     environment_point(c, d, &sg);
 #ifdef HAS_DERIVATIVES
     footprint_direction(c, slot, d, &sg);
+#endif
+#ifdef HAS_USERDATA
+    // Nothing is there.
+    real userdata[HAS_USERDATA];
+    for (uint i = 0; i < HAS_USERDATA; i++) userdata[i] = 0;
+    sg.userdata = userdata;
 #endif
     MATERIAL_ENTRY(&sg, 0, &result);
     real3 L = path_get3(c, PATH_beta, slot) * result.background;

@@ -26,6 +26,12 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
 #ifdef PATHU_raytype
     sg.raytype = path_get_uint(c, PATHU_raytype, slot);
 #endif
+#ifdef HAS_USERDATA
+    real userdata[HAS_USERDATA];
+    material_userdata(c, point.shape, c->corners + 4 * (size_t)c->triangle_ids[triangle], path_get(c, PATH_hit_u, slot),
+                      path_get(c, PATH_hit_v, slot), userdata);
+    sg.userdata = userdata;
+#endif
     const uint depth = path_get_uint(c, PATHU_depth, slot);
     real4 u = random4(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_LIGHT(depth),
                       setting(c, SETTING_seed));

@@ -12,6 +12,11 @@ static inline real3 emitted_radiance(const Context *c, uint triangle, uint insta
     ShaderGlobals sg;
     ShadeResult result;
     surface_point(c, triangle, instance, u, v, I, &sg);
+#ifdef HAS_USERDATA
+    real userdata[HAS_USERDATA];
+    material_userdata(c, shape_of(c, triangle, instance), c->corners + 4 * (size_t)c->triangle_ids[triangle], u, v, userdata);
+    sg.userdata = userdata;
+#endif
     MATERIAL_ENTRY(&sg, 0, &result);
     return result.emission;
 }

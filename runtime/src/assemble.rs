@@ -26,6 +26,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "real.h",
     "strings.h",
     "surface.h",
+    "userdata.h",
     "bsdf/albedo.h",
     "bsdf/bsdf.h",
     "bsdf/burley_diffuse.h",

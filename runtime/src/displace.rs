@@ -8,11 +8,15 @@
 
 use crate::accel::row_major;
 use crate::assemble;
-use crate::device::{self, Arg, Buffer, Device, Plain, Program};
+use crate::device::{self, Arg, Buffer, Device, Program};
 use crate::materials::Compiled;
 use crate::precision::Precision;
 use crate::scene::{DAffine3, DVec3, Mesh, MeshId, Scene, Vec3};
-use crate::textures;
+use crate::shade::{Real, Records, numbers};
+use crate::supplies::Supplies;
+use crate::told::Heard;
+use crate::wavefront::MESSAGE_WORDS;
+use crate::{attributes, preamble, textures, vertex_data};
 use oslcl_compiler::Artifact;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -21,7 +25,7 @@ use std::collections::HashMap;
 pub const OUTPUTS: [&str; 2] = ["P", "N"];
 
 /// Reals per vertex that the kernel reads: VERTEX_REALS of kernels/stages/displace.cl.
-const VERTEX_REALS: usize = 14;
+const VERTEX_REALS: usize = 16;
 
 /// Work-items of a group.
 const GROUP: usize = 64;
@@ -38,6 +42,9 @@ pub enum Error {
     /// The generated code includes an unknown header.
     #[error(transparent)]
     Assemble(#[from] assemble::Error),
+    /// What came back as messages is none.
+    #[error(transparent)]
+    Messages(#[from] oslcl_compiler::messages::Damaged),
     /// The textures can't be held.
     #[error(transparent)]
     Textures(#[from] textures::Error),
@@ -59,12 +66,13 @@ pub enum Error {
 }
 
 /// Displaces all that has a displacement shader. A scene where nothing
-/// is displaced comes back as it is.
-pub fn apply<'a>(
+/// is displaced comes back as it is. What the shaders say is added to `heard`.
+pub(crate) fn apply<'a>(
     scene: &'a Scene,
     compiled: &Compiled,
     device: &Device,
     precision: Precision,
+    heard: &mut Heard,
 ) -> Result<Cow<'a, Scene>, Error> {
     let artifacts = &compiled.displacements;
     let shader_of = |material: usize| artifacts.get(material).and_then(Option::as_ref);
@@ -74,7 +82,9 @@ pub fn apply<'a>(
     let _span = tracing::info_span!("displace").entered();
     let files = artifacts.iter().flatten().flat_map(|a| a.textures.iter().map(|t| t.file.as_str()));
     let packed = textures::pack(&compiled.textures, files)?;
+    let packed_messages = packed.messages;
     let packed = device.upload("textures", &packed.words)?;
+    let strings: Vec<String> = packed_messages.into_iter().chain(attributes::strings(scene)).collect();
     let mut programs = HashMap::new();
     let mut out = scene.clone();
     for index in 0..scene.instances.len() {
@@ -84,10 +94,20 @@ pub fn apply<'a>(
             programs.insert(artifact.entry.clone(), build(device, artifact, precision)?);
         }
         let mesh = &scene.meshes[instance.mesh.0 as usize];
-        let job = Job { mesh, transform: instance.transform, eye: scene.camera.origin, artifact, textures: &packed };
+        let by = scene.materials[instance.material.0 as usize].displacement.map_or(0, |m| m.0 as usize);
+        let job = Job {
+            mesh,
+            instance: index,
+            transform: instance.transform,
+            eye: scene.camera.origin,
+            artifact,
+            textures: &packed,
+            speaker: &scene.materials[by].name,
+            strings: &strings,
+        };
         let moved = match precision.is_double() {
-            true => job.run::<f64>(device, &programs[&artifact.entry], scene)?,
-            false => job.run::<f32>(device, &programs[&artifact.entry], scene)?,
+            true => job.run::<f64>(device, &programs[&artifact.entry], scene, heard)?,
+            false => job.run::<f32>(device, &programs[&artifact.entry], scene, heard)?,
         };
         out.meshes.push(moved);
         out.instances[index].mesh = MeshId(out.meshes.len() as u32 - 1);
@@ -97,35 +117,28 @@ pub fn apply<'a>(
 
 /// The shader's text with the kernel behind it, built.
 fn build(device: &Device, artifact: &Artifact, precision: Precision) -> Result<Program, Error> {
-    let macros: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
-    let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
     let text = format!(
-        "{derivatives}{macros}{}\n#define DISPLACE_ENTRY {}\n#include \"stages/displace.cl\"\n",
-        artifact.code, artifact.entry
+        "{}{}\n#define DISPLACE_ENTRY {}\n#include \"stages/displace.cl\"\n",
+        preamble::text(artifact),
+        artifact.code,
+        artifact.entry
     );
     let source = assemble::assemble(&format!("{}.cl", artifact.entry), &text)?;
     Ok(Program::build(device, &artifact.name, &source, precision.build_options())?)
 }
 
-/// A float of the device.
-trait Real: Plain + Into<f64> {
-    fn of(value: f64) -> Self;
+/// A float of the device as an argument of kernels.
+trait Scalar: Real {
     fn arg(value: f64) -> Arg<'static>;
 }
 
-impl Real for f32 {
-    fn of(value: f64) -> f32 {
-        value as f32
-    }
+impl Scalar for f32 {
     fn arg(value: f64) -> Arg<'static> {
         Arg::F32(value as f32)
     }
 }
 
-impl Real for f64 {
-    fn of(value: f64) -> f64 {
-        value
-    }
+impl Scalar for f64 {
     fn arg(value: f64) -> Arg<'static> {
         Arg::F64(value)
     }
@@ -134,10 +147,15 @@ impl Real for f64 {
 /// One placed mesh to displace.
 struct Job<'a> {
     mesh: &'a Mesh,
+    instance: usize,
     transform: DAffine3,
     eye: DVec3,
     artifact: &'a Artifact,
     textures: &'a Buffer,
+    /// Name of the displacement's material.
+    speaker: &'a str,
+    /// What its messages may hold beside its own strings.
+    strings: &'a [String],
 }
 
 /// A vertex as the shader sees it, world space.
@@ -147,28 +165,53 @@ struct Vertex {
     n: DVec3,
     dpdu: DVec3,
     dpdv: DVec3,
+    /// How far u and v go on the way to a neighbour.
+    step: [f64; 2],
 }
 
 impl Job<'_> {
     /// The displaced mesh, in object space.
-    fn run<T: Real>(&self, device: &Device, program: &Program, scene: &Scene) -> Result<Mesh, Error> {
+    fn run<T: Scalar>(
+        &self,
+        device: &Device,
+        program: &Program,
+        scene: &Scene,
+        heard: &mut Heard,
+    ) -> Result<Mesh, Error> {
         let vertices = self.vertices();
         let mut reals: Vec<T> = Vec::with_capacity(vertices.len() * VERTEX_REALS);
         for (i, v) in vertices.iter().enumerate() {
             let triples = [v.p, v.n, v.dpdu, v.dpdv].map(|t| t.to_array());
-            reals.extend(triples.iter().flatten().map(|x| T::of(*x)));
+            reals.extend(triples.iter().flatten().map(|x| T::from_f64(*x)));
             let uv = self.mesh.uvs.get(i).copied().unwrap_or_default();
-            reals.extend([T::of(f64::from(uv.x)), T::of(f64::from(uv.y))]);
+            reals.extend([f64::from(uv.x), f64::from(uv.y), v.step[0], v.step[1]].map(T::from_f64));
         }
-        let mut spaces: Vec<T> = Vec::with_capacity(64);
+        let mut spaces: Vec<T> = Vec::with_capacity(160);
         let camera = scene.camera.to_world();
         for map in [self.transform, self.transform.inverse(), camera, camera.inverse()] {
-            spaces.extend(row_major(&map).map(T::of));
+            spaces.extend(row_major(&map).map(T::from_f64));
         }
+        spaces.extend(scene.camera.other_spaces(scene.film).into_iter().map(T::from_f64));
         let (spaces, inputs) = (device.upload("spaces", &spaces)?, device.upload("vertices", &reals)?);
         let kernel = program.kernel(device, "displace")?;
         let band = vertices.len().min(BAND);
         let outputs = device.buffer("displaced vertices", (band * 6 * size_of::<T>()) as u64)?;
+        let interactive: Vec<T> = numbers(&Supplies::default().interactive(self.artifact));
+        let interactive = match interactive.is_empty() {
+            true => None,
+            false => Some(device.upload("interactive parameters", &interactive)?),
+        };
+        let userdata = vertex_data::at_vertices(scene, self.instance, self.artifact);
+        let userdata: Vec<T> = userdata.iter().flat_map(|slots| numbers::<T>(slots)).collect();
+        let userdata = match userdata.is_empty() {
+            true => None,
+            false => Some(device.upload("userdata", &userdata)?),
+        };
+        let mut records = match self.artifact.sites.is_empty() {
+            true => None,
+            false => Some(Records::new(device, MESSAGE_WORDS)?),
+        };
+        let decoder = self.artifact.decoder(self.strings);
         let mut results: Vec<f64> = Vec::with_capacity(vertices.len() * 6);
         while results.len() < vertices.len() * 6 {
             let first = results.len() / 6;
@@ -187,7 +230,21 @@ impl Job<'_> {
             if !self.artifact.textures.is_empty() {
                 args.push(Arg::Buffer(self.textures));
             }
+            if let Some(records) = &mut records {
+                // What has no room is not written: nothing older may stand there.
+                device.clear(&mut records.buffer)?;
+                records.reset(device)?;
+            }
+            args.extend(records.iter().map(|r| Arg::Buffer(&r.buffer)));
+            args.extend(interactive.iter().chain(&userdata).map(Arg::Buffer));
             kernel.launch(device, &args, count.next_multiple_of(GROUP), GROUP)?;
+            if let Some(records) = &mut records {
+                let (words, lost) = records.take_what_fits(device)?;
+                heard.lost_bytes += 4 * lost;
+                for message in decoder.messages(&words)? {
+                    heard.add(self.speaker, message);
+                }
+            }
             results.extend(device.read::<T>(&outputs, count * 6)?.into_iter().map(Into::<f64>::into));
         }
         self.moved(&vertices, &results)
@@ -195,7 +252,7 @@ impl Job<'_> {
 
     /// The mesh's vertices in world space.
     fn vertices(&self) -> Vec<Vertex> {
-        let zero = Vertex { p: DVec3::ZERO, n: DVec3::ZERO, dpdu: DVec3::ZERO, dpdv: DVec3::ZERO };
+        let zero = Vertex { p: DVec3::ZERO, n: DVec3::ZERO, dpdu: DVec3::ZERO, dpdv: DVec3::ZERO, step: [0.0; 2] };
         let mut out = vec![zero; self.mesh.positions.len()];
         for (v, p) in out.iter_mut().zip(&self.mesh.positions) {
             v.p = self.transform.transform_point3(p.as_dvec3());
@@ -219,8 +276,15 @@ impl Job<'_> {
             }
         }
         let mut count = vec![0.0; out.len()];
-        for i in self.mesh.triangles.iter().flatten() {
-            count[*i as usize] += 1.0;
+        let mut reach = vec![0.0; out.len()];
+        for triangle in &self.mesh.triangles {
+            for k in 0..3 {
+                let [i, next] = [triangle[k], triangle[(k + 1) % 3]].map(|i| i as usize);
+                let edge = out[i].p.distance(out[next].p);
+                count[i] += 1.0;
+                reach[i] += edge / 2.0;
+                reach[next] += edge / 2.0;
+            }
         }
         let to_world = self.transform.matrix3.inverse().transpose();
         for (i, v) in out.iter_mut().enumerate() {
@@ -234,6 +298,8 @@ impl Job<'_> {
             if v.dpdu.cross(v.dpdv).length_squared() == 0.0 || !(v.dpdu + v.dpdv).is_finite() {
                 (v.dpdu, v.dpdv) = if v.n == DVec3::ZERO { (DVec3::X, DVec3::Y) } else { v.n.any_orthonormal_pair() };
             }
+            let edge = reach[i] / f64::max(count[i], 1.0);
+            v.step = [v.dpdu, v.dpdv].map(|d| if d.length() > 0.0 { edge / d.length() } else { 0.0 });
         }
         out
     }

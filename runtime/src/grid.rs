@@ -119,8 +119,10 @@ impl Grid {
             // testshade's renderer does not look at the object.
             add("", format!("camera:{name}"), ty, value);
         }
+        // The reference's own digits of pi.
+        #[allow(clippy::approx_constant)]
         add("options", "blahblah".to_owned(), "float", float(3.14159));
-        Attributes { list, exact: true }
+        Attributes { list, exact: true, ..Attributes::default() }
     }
 
     /// Screen, NDC and raster space of the camera, then those of [`SPACES`].

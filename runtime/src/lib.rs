@@ -4,6 +4,7 @@
 
 pub mod accel;
 pub mod assemble;
+mod attributes;
 pub mod device;
 pub mod displace;
 pub mod files;
@@ -11,13 +12,16 @@ pub mod film;
 pub mod grid;
 pub mod materials;
 pub mod plan;
+mod preamble;
 pub mod precision;
 pub mod programs;
 pub mod render;
 pub mod scene;
+pub mod session;
 pub mod shade;
 pub mod shader_file;
 mod supplies;
 pub mod textures;
 pub mod told;
+mod vertex_data;
 pub mod wavefront;

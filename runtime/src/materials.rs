@@ -2,9 +2,9 @@
 //!
 //! In: a scene. Out: an artifact per material that is used. Of the compiler it sees the facade only.
 
-use crate::displace;
 use crate::scene::{Material, ParamValue, Scene};
 use crate::textures::{self, Library};
+use crate::{attributes, displace, vertex_data};
 use oslcl_compiler::diag::Diagnostic;
 use oslcl_compiler::{
     Artifact, Binding, Entry, Failure, Group, Includes, Master, Options, ParseError, TextError, compile,
@@ -100,6 +100,12 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 
 /// Compiles every material that is used, in parallel. The first error in the scene's order is reported.
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
+    compile_for(scene, false)
+}
+
+/// As [`compile_all`]; `interactive`: values of interactive parameters of materials on surfaces and around them are read at
+/// run time.
+pub(crate) fn compile_for(scene: &Scene, interactive: bool) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
     let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
@@ -110,7 +116,7 @@ pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let (Some(slot), Some((material, role))) = (results.get(index), jobs.get(index)) else { break };
-            let output = compile_one(&scene.materials[*material], *role, &library);
+            let output = compile_one(scene, *material, *role, &library, interactive);
             *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(output);
         }
     };
@@ -165,7 +171,19 @@ pub(crate) fn missing<'a>(library: &'a Library, artifact: &'a Artifact) -> impl 
     })
 }
 
-fn compile_one(material: &Material, role: Role, library: &Arc<Library>) -> Result<oslcl_compiler::Output, Failure> {
+fn compile_one(
+    scene: &Scene,
+    index: usize,
+    role: Role,
+    library: &Arc<Library>,
+    interactive: bool,
+) -> Result<oslcl_compiler::Output, Failure> {
+    let material = &scene.materials[index];
+    let (interactive, of) = match role {
+        Role::Light => (interactive, index),
+        // Vertices are moved once, before anything else.
+        Role::Displacement(of) => (false, of),
+    };
     let entry = match role {
         Role::Light => Entry::Material,
         Role::Displacement(_) => Entry::Grid(displace::OUTPUTS.map(str::to_owned).to_vec()),
@@ -175,6 +193,10 @@ fn compile_one(material: &Material, role: Role, library: &Arc<Library>) -> Resul
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
         entry,
         textures: Some(library.access()),
+        userdata: Some(vertex_data::declared(scene, of)),
+        attributes: attributes::of_material(scene, of),
+        interactive,
+        interactive_names: if interactive { material.interactive.clone() } else { Vec::new() },
         ..Options::default()
     };
     if material.group {
@@ -211,7 +233,8 @@ fn of_group(material: &Material, mut options: Options) -> Result<oslcl_compiler:
         ParseError::Shader { cause, .. } => cause,
     })?;
     let last = group.layers.last().map_or("", |l| l.name.as_str());
-    for (name, _) in &mut options.bindings {
+    let bound = options.bindings.iter_mut().map(|(name, _)| name);
+    for name in bound.chain(&mut options.interactive_names) {
         let layer = name.split_once('.').map(|(layer, _)| layer);
         if !layer.is_some_and(|layer| group.layers.iter().any(|l| l.name == layer)) {
             *name = format!("{last}.{name}");
@@ -220,7 +243,7 @@ fn of_group(material: &Material, mut options: Options) -> Result<oslcl_compiler:
     group.instance(&options)
 }
 
-fn binding(value: &ParamValue) -> Binding {
+pub(crate) fn binding(value: &ParamValue) -> Binding {
     match value {
         ParamValue::Int(v) => Binding::Int(*v),
         ParamValue::Float(v) => Binding::Float(*v),

@@ -1,17 +1,18 @@
-//! Renders a scene: the one call that puts the parts together.
+//! Renders a scene once. How the parts are put together stands in `session`.
 //!
 //! In: a scene, a device, settings. Out: a picture and a summary. It must not know the command line or picture files.
 
 use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
-use crate::plan::{Effect, Plan};
+use crate::plan::Plan;
 use crate::precision::Precision;
 use crate::scene::{self, Scene};
-use crate::wavefront::{Counts, Spread, Wavefront};
-use crate::{accel, device, displace, programs, textures, told};
+use crate::session::Session;
+use crate::wavefront::Counts;
+use crate::{accel, device, displace, programs, textures, told, vertex_data};
 use oslcl_compiler::Radiance;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
@@ -40,6 +41,17 @@ pub enum Error {
     /// The textures can't be held.
     #[error(transparent)]
     Textures(#[from] textures::Error),
+    /// There is more userdata than can be numbered.
+    #[error(transparent)]
+    Userdata(#[from] vertex_data::TooMuch),
+    /// A parameter that a session can't set.
+    #[error("material `{material}`: {cause}")]
+    Parameter {
+        /// The material.
+        material: String,
+        /// What is wrong.
+        cause: String,
+    },
     /// Nothing to render.
     #[error("the scene has neither surfaces nor an environment: there is nothing to see")]
     Empty,
@@ -108,6 +120,11 @@ pub struct Summary {
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
 pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Error> {
+    plan_for(scene, precision, false)
+}
+
+/// As [`plan`]; `interactive`: interactive parameters can change between renders.
+pub(crate) fn plan_for(scene: &Scene, precision: Precision, interactive: bool) -> Result<(Plan, Compiled), Error> {
     scene.check()?;
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     if pixels > 1 << 30 {
@@ -116,7 +133,7 @@ pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Err
     if scene.instances.is_empty() && scene.environment.is_none() {
         return Err(Error::Empty);
     }
-    let mut compiled = materials::compile_all(scene)?;
+    let mut compiled = materials::compile_for(scene, interactive)?;
     if let Some(id) = scene.environment
         && let Some(artifact) = &compiled.artifacts[id.0 as usize]
         && artifact.background == Radiance::None
@@ -154,83 +171,11 @@ pub fn render(
     options: &Options,
     watch: &mut dyn FnMut(&Progress),
 ) -> Result<(Picture, Summary), Error> {
-    if options.precision.is_double() && !device.info.double {
-        return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
-    }
-    let start = Instant::now();
-    let (plan, compiled) = plan(scene, options.precision)?;
-    let compile_time = start.elapsed();
-
-    let start = Instant::now();
-    let displaced = displace::apply(scene, &compiled, device, options.precision)?;
-    let scene = displaced.as_ref();
-    let mut geometry = accel::build(scene, &plan.materials)?;
-    let mut geometry_time = start.elapsed();
-
-    let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-    let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
-    let textures = match plan.has(Effect::Textures) {
-        true => textures::pack(&compiled.textures, compiled.texture_files())?,
-        false => textures::Packed::default(),
-    };
-    Wavefront::check_room(device, &plan, pixels, &geometry, &textures, spread)?;
-    let start = Instant::now();
-    let kernels = programs::build(device, &plan, spread.paths)?;
-    let mut build_time = start.elapsed();
-
-    let start = Instant::now();
-    let mut wavefront = Wavefront::new(device, &plan, &kernels, scene, &mut geometry, &textures, spread)?;
-    device.finish()?;
-    geometry_time += start.elapsed();
-
-    let start = Instant::now();
-    wavefront.warm_up()?;
-    build_time += start.elapsed();
-
-    let start = Instant::now();
-    let wanted = scene.integrator.samples;
-    let mut report = |counts: &Counts| {
-        watch(&Progress { counts: *counts, total: pixels * u64::from(wanted), elapsed: start.elapsed() });
-    };
-    let mut done = 0;
-    while done < wanted {
-        let next = match options.time_limit {
-            None => wanted - done,
-            Some(limit) => next_pass(done, wanted, start.elapsed(), limit),
-        };
-        if next == 0 {
-            break;
-        }
-        wavefront.render(done, done + next, &mut report)?;
-        done += next;
-    }
-    let data = wavefront.resolve(done)?;
-    let render_time = start.elapsed();
-    let counts = wavefront.counts()?;
-    let (words, lost) = wavefront.messages()?;
-    let messages = told::collect(&words, 4 * lost, scene, &compiled, &textures.messages)?;
-    wavefront.log_times();
-    let bytes_per_path = plan.layout.bytes_per_path(options.precision.real_bytes());
-    let picture = picture(scene, options, done, &data, plan.layout.film_channels() as usize);
-    drop(wavefront);
-    let summary = Summary {
-        device: device.info.name.clone(),
-        samples: done,
-        compile_time,
-        build_time,
-        geometry_time,
-        render_time,
-        counts,
-        plan,
-        bytes_per_path,
-        warnings: compiled.warnings,
-        messages,
-    };
-    Ok((picture, summary))
+    Session::build(scene, device, options, false)?.render(watch)
 }
 
 /// The film's numbers as a picture.
-fn picture(scene: &Scene, options: &Options, samples: u32, data: &[f64], channels: usize) -> Picture {
+pub(crate) fn picture(scene: &Scene, options: &Options, samples: u32, data: &[f64], channels: usize) -> Picture {
     // In f64 radiance can be what f32 calls infinite.
     let narrow = |x: f64| x.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
     let pixels = data.chunks(channels).map(|p| [narrow(p[0]), narrow(p[1]), narrow(p[2])]).collect();
@@ -252,7 +197,7 @@ fn picture(scene: &Scene, options: &Options, samples: u32, data: &[f64], channel
 
 /// Samples of the next pass under a time limit: as many as the speed so far lets hope for, at most as many again as are
 /// done, so that a wrong guess costs little. 0: the time is up.
-fn next_pass(done: u32, wanted: u32, elapsed: Duration, limit: Duration) -> u32 {
+pub(crate) fn next_pass(done: u32, wanted: u32, elapsed: Duration, limit: Duration) -> u32 {
     if done == 0 {
         return 1;
     }

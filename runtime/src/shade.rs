@@ -20,6 +20,7 @@
 use crate::assemble;
 use crate::device::{self, Arg, Buffer, Device, Program};
 use crate::materials;
+use crate::preamble;
 use crate::precision::Precision;
 use crate::textures::{self, Library, Packed};
 use oslcl_compiler::reflect::ShaderInfo;
@@ -36,7 +37,7 @@ const GROUP: usize = 64;
 const MAX_LAUNCH_REALS: u64 = 1 << 23;
 
 /// Words of the first buffer for messages; one that overflows is made as large as it has to be.
-const RECORD_WORDS: u32 = 1 << 16;
+pub(crate) const RECORD_WORDS: u32 = 1 << 16;
 
 /// The values of one output.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,10 +96,12 @@ pub enum Error {
     #[error("nothing to shade: the grid or the list of outputs is empty")]
     Empty,
     /// The host has no memory for the values.
-    #[error("not enough memory for {} x {} points of {reals} numbers\n  help: use a smaller grid", grid.width, grid.height)]
+    #[error("not enough memory for {width} x {height} points of {reals} numbers\n  help: use a smaller grid")]
     TooLarge {
-        /// The points.
-        grid: Grid,
+        /// Points across.
+        width: u32,
+        /// Points down.
+        height: u32,
         /// Numbers per point.
         reals: u64,
     },
@@ -212,7 +215,11 @@ fn on_host(
     grid: Grid,
     run: impl FnOnce(u32, &(dyn Fn(u32) -> Globals + Sync)) -> Result<HostRun, Failure>,
 ) -> Result<Shaded, HostError> {
-    let count = grid.width.checked_mul(grid.height).ok_or(Error::TooLarge { grid, reals: 1 })?;
+    let count = grid.width.checked_mul(grid.height).ok_or(Error::TooLarge {
+        width: grid.width,
+        height: grid.height,
+        reals: 1,
+    })?;
     if count == 0 {
         return Err(Error::Empty.into());
     }
@@ -239,7 +246,7 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
         let mut data: Vec<f64> = Vec::new();
         let room = points.checked_mul(u64::from(output.reals)).and_then(|n| usize::try_from(n).ok());
         if room.is_none_or(|n| data.try_reserve_exact(n).is_err()) {
-            return Err(Error::TooLarge { grid, reals });
+            return Err(Error::TooLarge { width: grid.width, height: grid.height, reals });
         }
         planes.push(Plane { name: output.name.clone(), ty: output.ty.clone(), grid, channels: output.reals, data });
     }
@@ -249,21 +256,18 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
 /// The shader's text with the kernel behind it.
 fn program(artifact: &Artifact, supplies: &Supplies) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
-    let lobes: String = artifact.lobes.iter().map(|l| format!("#define HAS_LOBE_{}\n", l.to_uppercase())).collect();
-    let derivatives = if artifact.state.derivatives { "#define HAS_DERIVATIVES\n" } else { "" };
-    let textures: String = textures::macros(&artifact.textures).iter().map(|m| format!("#define {m}\n")).collect();
-    let (inputs, userdata) = supplies.code(artifact);
     let text = format!(
-        "{lobes}{textures}{derivatives}{inputs}{}{}{userdata}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
-        if artifact.sites.is_empty() { "" } else { "#define HAS_MESSAGES\n" },
+        "{}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
+        preamble::text(artifact),
         artifact.code,
+        supplies.code(artifact),
         artifact.entry
     );
     Ok(assemble::assemble(&format!("{}.cl", artifact.entry), &text)?)
 }
 
 /// A float of the device that the host can read.
-trait Real: device::Plain + Into<f64> {
+pub(crate) trait Real: device::Plain + Into<f64> {
     /// Rounds to the nearest.
     fn from_f64(v: f64) -> Self;
 
@@ -293,30 +297,42 @@ impl Real for f64 {
     }
 }
 
+/// Slots as the device's numbers; of each whether it is an int.
+pub(crate) fn numbers<T: Real>(slots: &[(f64, bool)]) -> Vec<T> {
+    slots.iter().map(|(v, int)| if *int { T::from_int(*v as i32) } else { T::from_f64(*v) }).collect()
+}
+
 /// Numbers of the host as the device's.
 fn upload<T: Real>(device: &Device, name: &'static str, values: &[f64]) -> Result<device::Buffer, device::Error> {
     device.upload(name, &values.iter().map(|v| T::from_f64(*v)).collect::<Vec<T>>())
 }
 
 /// The buffer that a kernel's messages go to (kernels/osl/records.h).
-struct Records {
-    buffer: Buffer,
+pub(crate) struct Records {
+    pub buffer: Buffer,
     words: u32,
 }
 
 impl Records {
-    fn new(device: &Device, words: u32) -> Result<Records, Error> {
+    pub fn new(device: &Device, words: u32) -> Result<Records, device::Error> {
         let buffer = device.buffer("shade messages", (u64::from(words) + 2) * 4)?;
         Ok(Records { buffer, words })
     }
 
     /// To be called before each launch.
-    fn reset(&mut self, device: &Device) -> Result<(), Error> {
-        Ok(device.write(&mut self.buffer, &[0, self.words])?)
+    pub fn reset(&mut self, device: &Device) -> Result<(), device::Error> {
+        device.write(&mut self.buffer, &[0, self.words])
+    }
+
+    /// As much of the last launch's records as there is room for, and how many words were lost.
+    pub fn take_what_fits(&self, device: &Device) -> Result<(Vec<u32>, u64), device::Error> {
+        let used = device.read::<u32>(&self.buffer, 1)?[0];
+        let words: Vec<u32> = device.read(&self.buffer, used.min(self.words) as usize + 2)?;
+        Ok((words[2..].to_vec(), u64::from(used.saturating_sub(self.words))))
     }
 
     /// The words of the last launch's records; when there was no room for all of them, makes room and gives none.
-    fn take(&mut self, device: &Device) -> Result<Option<Vec<u32>>, Error> {
+    pub fn take(&mut self, device: &Device) -> Result<Option<Vec<u32>>, device::Error> {
         let used = device.read::<u32>(&self.buffer, 1)?[0];
         if used > self.words {
             *self = Records::new(device, used.checked_next_power_of_two().unwrap_or(used))?;
@@ -348,11 +364,7 @@ fn launch<T: Real>(
     let mut records = if artifact.sites.is_empty() { None } else { Some(Records::new(device, RECORD_WORDS)?) };
     let strings = supplies.strings();
     let decoder = artifact.decoder(packed.messages.iter().chain(&strings));
-    let interactive: Vec<T> = supplies
-        .interactive(artifact)
-        .iter()
-        .map(|(v, int)| if *int { T::from_int(*v as i32) } else { T::from_f64(*v) })
-        .collect();
+    let interactive: Vec<T> = numbers(&supplies.interactive(artifact));
     let interactive = match interactive.is_empty() {
         true => None,
         false => Some(device.upload("interactive parameters", &interactive)?),

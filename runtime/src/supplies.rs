@@ -69,17 +69,12 @@ impl Supplies {
         self.userdata.iter().map(|d| d.declared.clone()).collect()
     }
 
-    /// The function that fills the userdata of an artifact, with the macros that ask for it.
-    pub(crate) fn code(&self, artifact: &Artifact) -> (String, String) {
+    /// The function that fills the userdata of an artifact; empty when it has none.
+    pub(crate) fn code(&self, artifact: &Artifact) -> String {
         let inputs = &artifact.inputs;
-        let mut macros = String::new();
-        if inputs.interactive_slots > 0 {
-            macros.push_str("#define HAS_INTERACTIVE\n");
-        }
         if inputs.userdata_slots == 0 {
-            return (macros, String::new());
+            return String::new();
         }
-        let _ = writeln!(macros, "#define HAS_USERDATA {}", inputs.userdata_slots);
         let mut text = String::from("\nstatic inline void shade_userdata(const ShaderGlobals *sg, real *slots)\n{\n");
         let _ = writeln!(text, "    for (int i = 0; i < {}; i++) slots[i] = 0;", inputs.userdata_slots);
         for slot in &inputs.userdata {
@@ -88,7 +83,7 @@ impl Supplies {
             }
         }
         text.push_str("}\n");
-        (macros, text)
+        text
     }
 
     /// The numbers of the interactive slots, and for each whether it holds an int.

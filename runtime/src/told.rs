@@ -5,7 +5,7 @@
 
 use crate::materials::Compiled;
 use crate::scene::Scene;
-use oslcl_compiler::messages::{self, Damaged, Kind};
+use oslcl_compiler::messages::{self, Damaged, Kind, Message};
 use std::collections::BTreeMap;
 
 /// One text of one material.
@@ -28,6 +28,33 @@ pub struct Messages {
     pub told: Vec<Told>,
     /// Bytes of records for which there was no room.
     pub lost_bytes: u64,
+}
+
+/// What displacement shaders said, while there is more to come.
+#[derive(Debug, Default)]
+pub(crate) struct Heard {
+    counts: BTreeMap<(String, Kind, String), u64>,
+    /// Bytes of records for which there was no room.
+    pub lost_bytes: u64,
+}
+
+impl Heard {
+    /// Adds one that a material said.
+    pub fn add(&mut self, material: &str, message: Message) {
+        *self.counts.entry((material.to_owned(), message.kind, message.text)).or_default() += 1;
+    }
+
+    /// Adds all of it to what was said while rendering.
+    pub fn give(&self, messages: &mut Messages) {
+        messages.lost_bytes += self.lost_bytes;
+        let told = self.counts.iter().map(|((material, kind, text), count)| Told {
+            material: material.clone(),
+            kind: kind.clone(),
+            text: text.clone(),
+            count: *count,
+        });
+        messages.told.extend(told);
+    }
 }
 
 /// Sorts and counts the records, whose points are numbers of materials.

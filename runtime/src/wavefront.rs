@@ -11,7 +11,9 @@ use crate::plan::{BufferId, Constant, Counter, ENVIRONMENT_MAP_SIZE, Effect, Pla
 use crate::precision::Precision;
 use crate::programs::Kernels;
 use crate::scene::{MaterialId, Scene};
+use crate::shade::numbers;
 use crate::textures::Packed;
+use crate::vertex_data::Table;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
@@ -32,10 +34,23 @@ const ROUNDS_CPU: u32 = 2;
 const ROUNDS_GPU: u32 = 8;
 
 /// Words for what shaders print: 4 MiB. What does not fit is lost, and counted.
-const MESSAGE_WORDS: u32 = 1 << 20;
+pub(crate) const MESSAGE_WORDS: u32 = 1 << 20;
 
 /// Largest share of the device's memory that paths in flight take.
 const MEMORY_SHARE: u64 = 4;
+
+/// Reals of screen, NDC and raster space.
+const OTHER_SPACES: u64 = 3 * 32;
+
+/// What shaders get beside the geometry.
+pub struct Supplied<'a> {
+    /// The texture files.
+    pub textures: &'a Packed,
+    /// Data of vertices, and attributes.
+    pub(crate) userdata: &'a Table,
+    /// The numbers of interactive parameters, and which are ints.
+    pub(crate) interactive: &'a [(f64, bool)],
+}
 
 /// How a scene is spread over a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +114,7 @@ impl<'a> Wavefront<'a> {
         kernels: &'a Kernels,
         scene: &Scene,
         geometry: &mut Geometry,
-        textures: &Packed,
+        supplies: &Supplied<'_>,
         spread: Spread,
     ) -> Result<Wavefront<'a>, Error> {
         let _span = tracing::info_span!("upload").entered();
@@ -116,7 +131,7 @@ impl<'a> Wavefront<'a> {
             times: tracing::enabled!(tracing::Level::DEBUG).then(RefCell::default),
         };
         for (id, name) in plan.layout.buffers() {
-            let buffer = wavefront.make(id, name, scene, geometry, textures)?;
+            let buffer = wavefront.make(id, name, scene, geometry, supplies)?;
             wavefront.buffers.insert(id, buffer);
         }
         wavefront.weigh_lights(geometry)?;
@@ -130,7 +145,7 @@ impl<'a> Wavefront<'a> {
         plan: &Plan,
         pixels: u64,
         geometry: &Geometry,
-        textures: &Packed,
+        supplies: &Supplied<'_>,
         spread: Spread,
     ) -> Result<(), Error> {
         let numbers = pixels * u64::from(plan.layout.film_channels());
@@ -138,7 +153,7 @@ impl<'a> Wavefront<'a> {
         let mut sizes: Vec<(&str, u64)> = plan
             .layout
             .buffers()
-            .map(|(id, name)| (name, size(id, plan, pixels, geometry, textures, spread)))
+            .map(|(id, name)| (name, size(id, plan, pixels, geometry, supplies, spread)))
             .collect();
         sizes.push(("picture", numbers * real_bytes));
         // `resolve` holds the picture as it came and in f64.
@@ -149,9 +164,9 @@ impl<'a> Wavefront<'a> {
         self.plan.precision
     }
 
-    fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry, textures: &Packed) -> Result<Buffer, Error> {
+    fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry, s: &Supplied<'_>) -> Result<Buffer, Error> {
         let device = self.device;
-        let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, textures, self.spread));
+        let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, s, self.spread));
         let reals = |data: &[f64]| upload_reals(device, name, data, self.precision());
         match id {
             BufferId::Path | BufferId::PathUint | BufferId::Queues => empty(),
@@ -159,7 +174,14 @@ impl<'a> Wavefront<'a> {
             BufferId::Counters => device.upload(name, &vec![0u32; self.plan.layout.counter_words()]),
             BufferId::Settings => device.upload(name, &self.settings),
             BufferId::Constants => reals(&constants(scene, self.plan)),
-            BufferId::Textures => device.upload(name, &textures.words),
+            BufferId::Textures => device.upload(name, &s.textures.words),
+            BufferId::OtherSpaces => reals(&scene.camera.other_spaces(scene.film)),
+            BufferId::Userdata => device.upload(name, &s.userdata.values),
+            BufferId::UserdataPlaces => device.upload(name, &s.userdata.places),
+            BufferId::Interactive if self.precision().is_double() => {
+                device.upload(name, &numbers::<f64>(s.interactive))
+            }
+            BufferId::Interactive => device.upload(name, &numbers::<f32>(s.interactive)),
             BufferId::Messages => {
                 let mut messages = empty()?;
                 device.write(&mut messages, &[0, MESSAGE_WORDS])?;
@@ -380,7 +402,7 @@ impl<'a> Wavefront<'a> {
 }
 
 /// Bytes of a buffer.
-fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, textures: &Packed, spread: Spread) -> u64 {
+fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, spread: Spread) -> u64 {
     let layout = &plan.layout;
     let paths = u64::from(spread.paths);
     let cells = u64::from(ENVIRONMENT_MAP_SIZE.0) * u64::from(ENVIRONMENT_MAP_SIZE.1);
@@ -411,7 +433,11 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, textures: &Packed,
         BufferId::EnvironmentCells => reals(2 * cells),
         BufferId::EnvironmentAlias => 4 * cells,
         BufferId::Messages => words(MESSAGE_WORDS as usize + 2),
-        BufferId::Textures => words(textures.words.len()),
+        BufferId::Textures => words(s.textures.words.len()),
+        BufferId::OtherSpaces => reals(OTHER_SPACES),
+        BufferId::Userdata => words(s.userdata.values.len()),
+        BufferId::UserdataPlaces => words(s.userdata.places.len()),
+        BufferId::Interactive => reals(s.interactive.len() as u64),
     }
 }
 

@@ -266,6 +266,10 @@ def lines(path, pattern):
 FINDING = re.compile(r"^(?P<file>[^\s:]+):(?P<line>\d+): (?P<kind>error|warning):", re.MULTILINE)
 
 
+# Words that stand for a failure; a warning may say "probably an error".
+FAILURE = re.compile(r"\berror[:\[]|\bERROR\b|FAILED")
+
+
 def findings(text):
     return {(m["file"], int(m["line"]), m["kind"]) for m in FINDING.finditer(text)}
 
@@ -282,8 +286,7 @@ def diagnostics(out, refs, found):
         missing, extra = sorted(wanted - got), sorted(got - wanted)
         warned = {(f, l) for f, l, kind in theirs if kind == "warning"}
         missing_warnings = sorted(warned - {(f, l) for f, l, kind in ours})
-        said = bool(re.search(r"(?i)\berror\b|FAILED", text))
-        we_said = bool(re.search(r"(?i)\berror\b|FAILED", out))
+        said, we_said = bool(FAILURE.search(text)), bool(FAILURE.search(out))
         wrong = []
         for what, places in (("no error at", missing), ("an error at", extra), ("no warning at", missing_warnings)):
             if places:

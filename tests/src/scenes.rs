@@ -6,7 +6,6 @@ use oslcl_runtime::film::Picture;
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::render::{self, Options, Summary};
 use oslcl_runtime::scene::{Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene};
-use std::path::PathBuf;
 
 /// A scene without anything but a camera at (0, -5, 0) that looks along y, and 16 x 16 pixels.
 pub fn empty() -> Scene {
@@ -26,20 +25,16 @@ pub fn empty() -> Scene {
         materials: Vec::new(),
         environment: None,
         textures: Vec::new(),
+        attributes: Vec::new(),
     }
 }
 
 /// Adds a material of this source.
 pub fn material(scene: &mut Scene, source: &str, params: &[(&str, ParamValue)]) -> MaterialId {
     let id = MaterialId(scene.materials.len() as u32);
-    scene.materials.push(Material {
-        name: format!("m{}", id.0),
-        path: PathBuf::from(format!("m{}.osl", id.0)),
-        source: source.to_owned(),
-        params: params.iter().map(|(n, v)| ((*n).to_owned(), v.clone())).collect(),
-        displacement: None,
-        group: false,
-    });
+    let mut material = Material::from_source(&format!("m{}", id.0), source);
+    material.params = params.iter().map(|(n, v)| ((*n).to_owned(), v.clone())).collect();
+    scene.materials.push(material);
     id
 }
 
@@ -51,7 +46,7 @@ pub fn mesh(scene: &mut Scene, mesh: Mesh) -> MeshId {
 
 /// Places a mesh.
 pub fn place(scene: &mut Scene, mesh: MeshId, material: MaterialId, transform: DAffine3) {
-    scene.instances.push(Instance { mesh, transform, material });
+    scene.instances.push(Instance { mesh, transform, material, attributes: Vec::new() });
 }
 
 /// The square from -1 to 1 in x and z at y = 0, its front towards -y, with texture coordinates.
@@ -62,6 +57,7 @@ pub fn wall() -> Mesh {
         normals: Vec::new(),
         uvs: [[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(Vec2::from).to_vec(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
     }
 }
 
@@ -84,7 +80,7 @@ pub fn sphere() -> Mesh {
             triangles.push([at(j, i), at(j + 1, i + 1), at(j, i + 1)]);
         }
     }
-    Mesh { name: "sphere".into(), normals: positions.clone(), positions, uvs: Vec::new(), triangles }
+    Mesh { name: "sphere".into(), normals: positions.clone(), positions, triangles, ..Mesh::default() }
 }
 
 /// Renders a scene on the first device.

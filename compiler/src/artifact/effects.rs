@@ -44,6 +44,9 @@ pub struct State {
     pub raytype: bool,
     /// The derivatives (`HAS_DERIVATIVES`).
     pub derivatives: bool,
+    /// `other_spaces`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub other_spaces: bool,
 }
 
 /// The findings.
@@ -186,8 +189,10 @@ fn calls(shader: &Shader, effects: &mut Effects) {
                     match &shader.values[v.0 as usize].inst {
                         Inst::Const(Const::Int(0)) => {}
                         Inst::Const(Const::Int(3)) => effects.state.camera_space = true,
+                        Inst::Const(Const::Int(4..)) => effects.state.other_spaces = true,
                         Inst::Const(_) => effects.state.object_space = true,
                         _ => {
+                            effects.state.other_spaces = true;
                             effects.state.camera_space = true;
                             effects.state.object_space = true;
                         }

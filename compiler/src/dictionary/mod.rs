@@ -16,9 +16,12 @@ const MAX_NODES: usize = 1 << 16;
 /// Reads the file with this name; `None`: there is none.
 pub type ReadFile<'a> = &'a dyn Fn(&str) -> Option<String>;
 
+/// The text of a file by its name; `None` where there is none.
+pub type Read = dyn Fn(&str) -> Option<String> + Send + Sync;
+
 /// Reads files that dictionaries are in, for whoever has files.
 #[derive(Clone)]
-pub struct Documents(pub Arc<dyn Fn(&str) -> Option<String> + Send + Sync>);
+pub struct Documents(pub Arc<Read>);
 
 impl std::fmt::Debug for Documents {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -227,6 +227,7 @@ impl<'a> Parts<'a> {
             outputs,
             userdata: options.userdata.as_deref(),
             interactive: options.interactive,
+            interactive_names: &options.interactive_names,
             userdata_is_connected: options.userdata_is_connected,
             lazy: options.lazy,
         })

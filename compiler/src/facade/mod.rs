@@ -104,6 +104,8 @@ pub struct Options {
     /// Whether interactive parameters are read at run time, from what [`Artifact::inputs`] lists; otherwise their values are
     /// constants like any other.
     pub interactive: bool,
+    /// Parameters that are interactive whatever their declaration says: `param`, or `layer.param` of a group.
+    pub interactive_names: Vec<String>,
     /// Whether `isconnected` says that a parameter which may read userdata is connected.
     pub userdata_is_connected: bool,
     /// When the layers of a group run.
@@ -131,6 +133,7 @@ impl Default for Options {
             entry: Entry::Material,
             userdata: None,
             interactive: false,
+            interactive_names: Vec::new(),
             userdata_is_connected: false,
             lazy: Lazy::default(),
             line_directives: false,

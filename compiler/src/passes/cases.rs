@@ -8,8 +8,11 @@ use super::strings::Strings;
 use crate::attributes::{Attributes, Question};
 use crate::builtins::{self, FuncId, Lowering};
 use crate::interp;
-use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Shader, Stmt, Ty, Value, ValueId};
+use crate::ir::{
+    Arg, BinaryOp, Block, Const, Input, Inst, Local, LocalId, LocalKind, Shader, Source, Stmt, Ty, Value, ValueId,
+};
 use crate::source::Span;
+use crate::types::{Base, Extent, Type};
 
 /// Most cases of a call.
 const MAX_CASES: usize = 64;
@@ -188,6 +191,67 @@ impl Cases<'_> {
         true
     }
 
+    /// Answers a question for an attribute that differs from object to object by userdata.
+    fn asks_the_object(
+        &mut self,
+        func: FuncId,
+        choices: &[Choice],
+        output: LocalId,
+        result: LocalId,
+        span: Span,
+        out: &mut Block,
+    ) -> bool {
+        let known = self.settings.attributes.map_or(&[][..], |a| &a.varying);
+        if known.is_empty() || builtins::row(func).name != "attribute_get" {
+            return false;
+        }
+        let constants: Option<Vec<&Const>> =
+            choices.iter().map(|(by, texts)| texts.first().filter(|_| by.is_none())).collect();
+        let Some([Const::Str(object), Const::Str(name), Const::Int(index), Const::Str(asked), ..]) =
+            constants.as_deref()
+        else {
+            return false;
+        };
+        let bases =
+            [Base::Int, Base::Float, Base::Color, Base::Point, Base::Vector, Base::Normal, Base::Matrix, Base::String];
+        let keyword = asked.split('[').next().unwrap_or_default();
+        let Some(base) = bases.into_iter().find(|b| b.keyword() == keyword) else { return false };
+        if !object.is_empty() || !known.iter().any(|n| n == name) {
+            return false;
+        }
+        let (ty, len) = (self.shader.locals[output.0 as usize].ty, self.shader.locals[output.0 as usize].len);
+        let declared = Type { base, extent: len.map_or(Extent::Scalar, Extent::Fixed) };
+        let name = crate::attributes::userdata_name(name, *index, asked);
+        let value = self.input(&name, Source::Userdata, declared, ty, len);
+        let flag = self.input(&name, Source::HasUserdata, Type::scalar(Base::Int), Ty::Int, None);
+        let has = self.emit(Inst::Load(flag), Ty::Int, span, out);
+        let mut then = Block::default();
+        if len.is_some() {
+            then.stmts.push(Stmt::CopyArray(output, value));
+        } else {
+            let value = self.emit(Inst::Load(value), ty, span, &mut then);
+            then.stmts.push(Stmt::Store(output, value));
+        }
+        out.stmts.push(Stmt::If(has, then, Block::default()));
+        out.stmts.push(Stmt::Store(result, has));
+        true
+    }
+
+    /// The local of an input; the same question has the same one.
+    fn input(&mut self, name: &str, source: Source, declared: Type, ty: Ty, len: Option<u32>) -> LocalId {
+        let found = self.shader.inputs.iter().position(|i| i.name == name && i.source == source);
+        let index = found.unwrap_or_else(|| {
+            self.shader.inputs.push(Input { name: name.to_owned(), source, declared, ty, len, default: None });
+            self.shader.inputs.len() - 1
+        });
+        let kind = LocalKind::Input(index as u32);
+        let local = self.shader.locals.iter().position(|l| l.kind == kind).unwrap_or_else(|| {
+            self.shader.locals.push(Local { name: "attribute".to_owned(), ty, len, kind });
+            self.shader.locals.len() - 1
+        });
+        LocalId(local as u32)
+    }
+
     /// A call that writes to an array: a branch per case.
     fn statement(
         &mut self,
@@ -202,6 +266,9 @@ impl Cases<'_> {
         let room = self.shader.locals[output.0 as usize].len.unwrap_or(1) as usize;
         let choices = self.choices(args)?;
         if self.asks_for_index(func, &choices, *output, result, span, out) {
+            return Some(());
+        }
+        if self.asks_the_object(func, &choices, *output, result, span, out) {
             return Some(());
         }
         let chosen = choices.iter().any(|(by, _)| by.is_some());

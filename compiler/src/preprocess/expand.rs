@@ -42,7 +42,7 @@ pub(super) struct Expander<'a> {
 }
 
 /// Most tokens that the macros of one line may produce.
-const MAX_PRODUCED: usize = 4_000_000;
+const MAX_PRODUCED: usize = 1_000_000;
 
 /// Most arguments of macros inside each other: each level reads all that is inside of it.
 const MAX_ARGUMENTS: usize = 256;

@@ -62,6 +62,8 @@ pub struct Geometry {
     pub uvs: Vec<f32>,
     /// 3 words a shape, one shape per instance of the scene: queue of the material, flags, first light less first triangle number.
     pub shapes: Vec<u32>,
+    /// What the corners' indices count from, by shape: where the attributes of its mesh begin.
+    pub first_vertices: Vec<u32>,
     /// Area of each shape, world units squared.
     pub areas: Vec<f64>,
     /// 32 numbers a shape: object to common space and back, row-major for row vectors.
@@ -177,6 +179,7 @@ impl<'a> Builder<'a> {
             self.out.shapes.extend([self.materials[instance.material.0 as usize].queue, flags, 0]);
             let area = corners_of(mesh, &instance.transform).map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum();
             self.out.areas.push(area);
+            self.out.first_vertices.push(0);
             self.out.object_spaces.extend(row_major(&instance.transform));
             self.out.object_spaces.extend(row_major(&instance.transform.inverse()));
         }
@@ -239,6 +242,11 @@ impl<'a> Builder<'a> {
         for mesh in 0..uses.len() {
             bottoms.push(if uses[mesh] > 1 {
                 let data = &self.scene.meshes[mesh];
+                for (shape, instance) in self.scene.instances.iter().enumerate() {
+                    if instance.mesh.0 as usize == mesh {
+                        self.out.first_vertices[shape] = self.vertices;
+                    }
+                }
                 firsts[mesh] = self.number(data, 0, None);
                 let corners: Vec<[DVec3; 3]> = corners_of(data, &DAffine3::IDENTITY).collect();
                 Some(self.bottom(&corners, firsts[mesh])?)
@@ -284,6 +292,7 @@ impl<'a> Builder<'a> {
             }
             let transform = self.relative(instance);
             let mesh = self.mesh(instance);
+            self.out.first_vertices[shape] = self.vertices;
             let first = self.number(mesh, shape as u32, Some(&transform));
             corners.extend(corners_of(mesh, &transform));
             self.light(shape as u32, first, 0);

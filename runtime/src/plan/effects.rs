@@ -4,6 +4,7 @@
 
 use crate::accel;
 use crate::scene::Scene;
+use oslcl_compiler::attributes::asked;
 use oslcl_compiler::{Artifact, Radiance};
 
 macro_rules! effects {
@@ -53,7 +54,11 @@ effects! {
     SurfaceArea: "surface_area", "surfacearea()";
     ObjectSpace: "object_space", "object and shader space";
     CameraSpace: "camera_space", "camera space";
+    OtherSpaces: "other_spaces", "screen, NDC and raster space";
     RayType: "raytype", "raytype()";
+    Userdata: "userdata", "data of vertices that shaders read";
+    Attributes: "attributes", "attributes that differ from object to object";
+    Interactive: "interactive", "parameters that change between renders";
     Messages: "messages", "what shaders print";
     Textures: "textures", "texture files";
     TextureCubic: "texture_cubic", "cubic interpolation between texels";
@@ -182,6 +187,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             (state.object_space, ObjectSpace),
             (state.camera_space, CameraSpace),
             (state.raytype, RayType),
+            (state.other_spaces, OtherSpaces),
             (artifact.has_holdout, Holdout),
             (!artifact.sites.is_empty(), Messages),
         ];
@@ -189,6 +195,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             ask(effect, who.clone());
         }
         textures(artifact, &who, ask);
+        inputs(artifact, &who, ask);
         for global in &artifact.globals {
             match *global {
                 "dPdu" | "dPdv" => {
@@ -225,6 +232,18 @@ fn textures(artifact: &Artifact, who: &str, ask: &mut dyn FnMut(Effect, String))
     }
 }
 
+/// What the renderer supplies beside the globals.
+fn inputs(artifact: &Artifact, who: &str, ask: &mut dyn FnMut(Effect, String)) {
+    for slot in &artifact.inputs.userdata {
+        let attribute = asked(&slot.name).map(|(name, _)| name);
+        let effect = if attribute.is_some() { Attributes } else { Userdata };
+        ask(effect, format!("{who}: {}", attribute.unwrap_or(&slot.name)));
+    }
+    for slot in &artifact.inputs.interactive {
+        ask(Interactive, format!("{who}: {}", slot.name));
+    }
+}
+
 fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, String)) {
     let Some(id) = scene.environment else { return };
     let Some(code) = &materials[id.0 as usize] else { return };
@@ -243,7 +262,11 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             if !code.sites.is_empty() {
                 ask(Messages, who.clone());
             }
+            if code.state.other_spaces {
+                ask(OtherSpaces, who.clone());
+            }
             textures(code, &who, ask);
+            inputs(code, &who, ask);
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());
             if !scene.instances.is_empty() {

@@ -116,6 +116,10 @@ pub enum BufferId {
     EnvironmentAlias,
     Messages,
     Textures,
+    OtherSpaces,
+    Userdata,
+    UserdataPlaces,
+    Interactive,
 }
 
 /// Id, name in the kernels, C type, and which effects call for it (none: always).
@@ -146,6 +150,10 @@ const BUFFERS: &[BufferRow] = &[
     (BufferId::EnvironmentAlias, "environment_alias", "__global const uint *", &[EnvironmentSampling]),
     (BufferId::Messages, "messages", "__global uint *", &[Messages]),
     (BufferId::Textures, "textures", "__global const uint *", &[Textures]),
+    (BufferId::OtherSpaces, "other_spaces", "__global const real *", &[OtherSpaces]),
+    (BufferId::Userdata, "userdata", "__global const float *", &[Userdata, Attributes]),
+    (BufferId::UserdataPlaces, "userdata_places", "__global const uint *", &[Userdata, Attributes]),
+    (BufferId::Interactive, "interactive", "__global const real *", &[Interactive]),
 ];
 
 /// A setting: an unsigned int that kernels read.

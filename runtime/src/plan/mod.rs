@@ -34,6 +34,8 @@ pub struct Plan {
     pub constant_environment: [f64; 3],
     /// Materials on surfaces, in the order of their queues.
     pub surface_materials: Vec<MaterialId>,
+    /// Of each material of the scene where its interactive parameters begin in their buffer.
+    pub interactive: Vec<u32>,
 }
 
 impl Plan {
@@ -71,7 +73,13 @@ impl Plan {
             materials: uses,
             constant_environment,
             surface_materials,
+            interactive: Vec::new(),
         };
+        let mut next = 0;
+        for artifact in materials {
+            plan.interactive.push(next);
+            next += artifact.as_ref().map_or(0, |a| a.inputs.interactive_slots);
+        }
         plan.programs = stages::programs(&plan, scene, materials);
         plan
     }
@@ -83,7 +91,9 @@ impl Plan {
 
     /// The macros that every program has: `HAS_` and the name of each effect that is on.
     pub fn macros(&self) -> Vec<String> {
-        let on = self.decisions.iter().filter(|d| d.is_on());
+        // Only programs of materials that have such inputs know of them (crate::preamble).
+        let inputs = [Effect::Userdata, Effect::Attributes, Effect::Interactive];
+        let on = self.decisions.iter().filter(|d| d.is_on() && !inputs.contains(&d.effect));
         let mut out: Vec<String> = on.map(|d| d.effect.macro_name()).collect();
         if self.has(Effect::VaryingLights) || self.has(Effect::EnvironmentSampling) {
             out.push("HAS_SHADED_LIGHTS".to_owned());

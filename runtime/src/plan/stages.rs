@@ -4,6 +4,7 @@
 
 use super::{Effect, Plan};
 use crate::scene::{MaterialId, Scene};
+use crate::{preamble, vertex_data};
 use oslcl_compiler::{Artifact, Radiance};
 
 /// Cells of the map that an environment is sampled by: across (azimuth) and down (z).
@@ -95,7 +96,7 @@ pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>
         if code.emission == Radiance::Varying {
             stages.extend([Stage::ShadeLight, Stage::LightPower]);
         }
-        out.push(of_material(scene, id, code, stages, macros));
+        out.push(of_material(plan, scene, materials, id, stages, macros));
     }
     if let (true, Some(id)) = (plan.has(Effect::VaryingEnvironment), scene.environment)
         && let Some(code) = &materials[id.0 as usize]
@@ -104,33 +105,48 @@ pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>
         if plan.has(Effect::EnvironmentSampling) {
             stages.extend([Stage::EnvironmentLight, Stage::EnvironmentMap]);
         }
-        out.push(of_material(scene, id, code, stages, of_artifact(plan, code)));
+        out.push(of_material(plan, scene, materials, id, stages, of_artifact(plan, code)));
     }
     out
 }
 
-/// The plan's macros, but of the lobes only those that this material has.
+/// The plan's macros, but of lobes and inputs only those that this material has.
 fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
-    let lobes = code.lobes.iter().filter_map(|l| Effect::of_lobe(l)).map(Effect::macro_name);
-    plan.macros().into_iter().filter(|m| !m.starts_with("HAS_LOBE_")).chain(lobes).collect()
+    let mut out: Vec<String> = plan.macros().into_iter().filter(|m| !m.starts_with("HAS_LOBE_")).collect();
+    for own in preamble::macros(code) {
+        if !out.contains(&own) {
+            out.push(own);
+        }
+    }
+    out
 }
 
 fn of_material(
+    plan: &Plan,
     scene: &Scene,
+    materials: &[Option<Artifact>],
     id: MaterialId,
-    code: &Artifact,
     stages: Vec<Stage>,
     mut macros: Vec<String>,
 ) -> ProgramPlan {
+    let name = &scene.materials[id.0 as usize].name;
+    let label = format!("material `{name}`");
+    // Programs are made of materials that have an artifact.
+    let Some(code) = &materials[id.0 as usize] else {
+        return ProgramPlan { material: Some(id), label, stages, macros, code: String::new() };
+    };
+    if code.inputs.interactive_slots > 0 {
+        macros.push(format!("MATERIAL_INTERACTIVE {}u", plan.interactive[id.0 as usize]));
+    }
     macros.push(format!("MATERIAL_ENTRY {}", code.entry));
     if !code.sites.is_empty() {
         macros.push(format!("MATERIAL_NUMBER {}u", id.0));
     }
     ProgramPlan {
         material: Some(id),
-        label: format!("material `{}`", scene.materials[id.0 as usize].name),
+        label,
         stages,
         macros,
-        code: code.code.clone(),
+        code: code.code.clone() + &vertex_data::code(code, materials),
     }
 }

@@ -5,7 +5,7 @@
 use super::error::{Error, Location};
 use super::{Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene};
 use super::{geometry, shipped, transform};
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 use std::path::{Path, PathBuf};
 
 impl Scene {
@@ -35,6 +35,7 @@ impl Scene {
             materials: Vec::new(),
             environment: None,
             textures: Vec::new(),
+            attributes: Vec::new(),
         }
     }
 
@@ -52,7 +53,7 @@ impl Scene {
 
     /// Places a mesh.
     pub fn place(&mut self, mesh: MeshId, transform: DAffine3, material: MaterialId) {
-        self.instances.push(Instance { mesh, transform, material });
+        self.instances.push(Instance { mesh, transform, material, attributes: Vec::new() });
     }
 
     /// Checks every promise of the scene's types. Scenes that [`super::load`] returns keep them already.
@@ -120,6 +121,27 @@ impl Camera {
         let right = forward.cross(self.up).normalize();
         let axes = DMat3::from_cols(right, right.cross(forward), forward);
         DAffine3::from_mat3_translation(axes, self.origin)
+    }
+
+    /// Screen, NDC and raster space as kernels take them: of each the map to common space and the one from it, row-major for
+    /// row vectors. On the screen x runs from -1 on the left to 1 on the right and y up, as far as pixels are square; NDC runs
+    /// from 0 to 1 to the right and down; raster counts pixels. The depth of all is 1 - 1 / z.
+    pub(crate) fn other_spaces(&self, film: Film) -> Vec<f64> {
+        let [width, height] = [film.width, film.height].map(f64::from);
+        let scale = 1.0 / (self.hfov_degrees.to_radians() / 2.0).tan();
+        let perspective = DMat4::from_cols(
+            DVec4::new(scale, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, scale, 0.0, 0.0),
+            DVec4::new(0.0, 0.0, 1.0, 1.0),
+            DVec4::new(0.0, 0.0, -1.0, 0.0),
+        );
+        let screen = perspective * DMat4::from(self.to_world().inverse());
+        let ndc = DMat4::from_translation(DVec3::new(0.5, 0.5, 0.0))
+            * DMat4::from_scale(DVec3::new(0.5, -0.5 * width / height, 1.0))
+            * screen;
+        let raster = DMat4::from_scale(DVec3::new(width, height, 1.0)) * ndc;
+        // Columns of maps of column vectors are rows of those of row vectors.
+        [screen, ndc, raster].iter().flat_map(|m| [m.inverse(), *m]).flat_map(|m| m.to_cols_array()).collect()
     }
 
     pub(super) fn check(&self) -> Result<(), &'static str> {
@@ -193,13 +215,20 @@ impl Material {
     /// A material of OSL source text.
     pub fn from_source(name: &str, source: &str) -> Material {
         let path = PathBuf::from(format!("{name}.osl"));
+        Material::new(name, path, source.to_string())
+    }
+
+    /// One of source text from this file, with nothing set.
+    pub(super) fn new(name: &str, path: PathBuf, source: String) -> Material {
         Material {
             name: name.to_string(),
             path,
-            source: source.to_string(),
+            source,
             params: Vec::new(),
             displacement: None,
             group: false,
+            interactive: Vec::new(),
+            attributes: Vec::new(),
         }
     }
 
@@ -220,6 +249,6 @@ impl Material {
     pub(super) fn of_shipped(name: &str, shader: &str) -> Material {
         let path = PathBuf::from(format!("shaders-osl/{shader}.osl"));
         let source = shipped::shipped(shader).unwrap_or_default().to_string();
-        Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None, group: false }
+        Material::new(name, path, source)
     }
 }

@@ -4,7 +4,7 @@
 
 use super::error::{Error, Location, MeshFile, suggest};
 use super::value::{Table, Text, Value};
-use super::{Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, Scene};
+use super::{Attributes, Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, Scene};
 use super::{geometry, material, obj, ply, shapes, transform};
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -29,12 +29,23 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
         cause: error.message().to_string(),
     })?;
     let root = Table::root(text, &document);
-    root.only(&["camera", "film", "integrator", "materials", "meshes", "instances", "environment", "textures"])?;
+    root.only(&[
+        "camera",
+        "film",
+        "integrator",
+        "materials",
+        "meshes",
+        "instances",
+        "environment",
+        "textures",
+        "attributes",
+    ])?;
     let mut builder = Builder {
         scene: Scene::new(camera(&root.need("camera")?.table()?)?, Film::default()),
         materials: BTreeMap::new(),
         meshes: BTreeMap::new(),
     };
+    builder.scene.attributes = material::attributes(&root)?;
     if let Some(film) = root.get("film") {
         builder.scene.film = self::film(&film.table()?)?;
     }
@@ -154,7 +165,7 @@ impl Builder {
     }
 
     fn mesh(&mut self, table: &Table<'_>) -> Result<(), Error> {
-        table.only(&["name", "file", "shape", "size", "segments", "material", "transform", "place"])?;
+        table.only(&["name", "file", "shape", "size", "segments", "material", "transform", "place", "attributes"])?;
         let name = table.need("name")?;
         if self.meshes.contains_key(name.string()?) {
             return Err(Error::Duplicate { at: name.at(), what: "meshes", name: name.string()?.to_string() });
@@ -186,11 +197,12 @@ impl Builder {
         for (mesh, material) in &mut parts {
             geometry::tidy(mesh, &path)?;
             mesh.name = name.string()?.to_string();
+            mesh.attributes = material::attributes(table)?;
             placed.push((self.scene.add_mesh(std::mem::take(mesh)), *material));
         }
         let map = transform::read(table)?;
         if table.get("place").map_or(Ok(true), |value| value.boolean())? {
-            self.place(&placed, map, None, table.at(), name.string()?)?;
+            self.place(&placed, map, None, &Attributes::new(), table.at(), name.string()?)?;
         } else if let Some(value) = table.get("transform") {
             let cause = format!("`{}` is not placed, so that its transform means nothing", table.name);
             return Err(Error::Conflict { at: value.at(), cause });
@@ -245,7 +257,7 @@ impl Builder {
     }
 
     fn instance(&mut self, table: &Table<'_>) -> Result<(), Error> {
-        table.only(&["mesh", "transform", "material"])?;
+        table.only(&["mesh", "transform", "material", "attributes"])?;
         let value = table.need("mesh")?;
         let name = value.string()?;
         let Some(parts) = self.meshes.get(name).cloned() else {
@@ -253,7 +265,8 @@ impl Builder {
             return Err(Error::UnknownName { at: value.at(), what: "mesh", name: name.to_string(), help });
         };
         let material = table.get("material").map(|value| self.material(&value)).transpose()?;
-        self.place(&parts, transform::read(table)?, material, table.at(), name)
+        let attributes = material::attributes(table)?;
+        self.place(&parts, transform::read(table)?, material, &attributes, table.at(), name)
     }
 
     fn place(
@@ -261,6 +274,7 @@ impl Builder {
         parts: &[(MeshId, Option<MaterialId>)],
         transform: glam::DAffine3,
         material: Option<MaterialId>,
+        attributes: &Attributes,
         at: Location,
         name: &str,
     ) -> Result<(), Error> {
@@ -268,7 +282,8 @@ impl Builder {
             let Some(material) = material.or(*own) else {
                 return Err(Error::NoMaterial { at, mesh: name.to_string() });
             };
-            self.scene.instances.push(Instance { mesh: *mesh, transform, material });
+            let attributes = attributes.clone();
+            self.scene.instances.push(Instance { mesh: *mesh, transform, material, attributes });
         }
         Ok(())
     }

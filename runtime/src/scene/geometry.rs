@@ -34,6 +34,12 @@ pub(super) fn check(mesh: &Mesh, path: &Path) -> Result<(), Error> {
             return Err(Error::LengthMismatch { at: at(), what, count, vertices });
         }
     }
+    for data in &mesh.data {
+        let count = data.values.len();
+        if data.channels == 0 || count as u64 != vertices as u64 * u64::from(data.channels) {
+            return Err(Error::LengthMismatch { at: at(), what: "vertex data", count, vertices });
+        }
+    }
     if mesh.triangles.is_empty() {
         return Err(Error::NoTriangles { at: at() });
     }

@@ -4,7 +4,7 @@
 
 use super::error::{Error, suggest};
 use super::value::{Table, Value};
-use super::{Material, ParamValue, shipped};
+use super::{Attributes, Material, ParamValue, shipped};
 use crate::shader_file;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
@@ -13,19 +13,12 @@ use toml::de::DeValue;
 /// caller, who knows all materials, reads `displacement`.
 pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
     const WAYS: [&str; 3] = ["shader", "osl", "group"];
-    table.only(&["shader", "osl", "group", "params", "displacement"])?;
+    table.only(&["shader", "osl", "group", "params", "displacement", "interactive", "attributes"])?;
     let given: Vec<(&str, Value<'_>)> = WAYS.iter().filter_map(|key| Some((*key, table.get(key)?))).collect();
     let mut material = match given.as_slice() {
         [("shader", shader)] => by_name(shader, shader.string()?, name)?,
         [("group", text)] => of_group(text, name)?,
-        [(_, osl)] => Material {
-            name: name.to_string(),
-            path: table.text.path.to_path_buf(),
-            source: in_place(osl)?,
-            params: Vec::new(),
-            displacement: None,
-            group: false,
-        },
+        [(_, osl)] => Material::new(name, table.text.path.to_path_buf(), in_place(osl)?),
         [] => {
             let cause = format!(
                 "`{}` needs a `shader` (a shipped one or a file), `osl` (its text) or `group` (a shader group's text)",
@@ -44,7 +37,19 @@ pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
             material.params.push((name.to_string(), param(&value)?));
         }
     }
+    if let Some(names) = table.get("interactive") {
+        for name in names.items().ok_or_else(|| names.wrong_type("a list of names of parameters"))? {
+            material.interactive.push(name.string()?.to_string());
+        }
+    }
+    material.attributes = attributes(table)?;
     Ok(material)
+}
+
+/// The table `attributes` of a table; empty without one.
+pub(super) fn attributes(table: &Table<'_>) -> Result<Attributes, Error> {
+    let Some(value) = table.get("attributes") else { return Ok(Attributes::new()) };
+    value.table()?.entries().map(|(name, value)| Ok((name.to_string(), param(&value)?))).collect()
 }
 
 /// OSL text from the scene file, behind as many empty lines and blanks as make its lines and columns those of the file.
@@ -63,7 +68,7 @@ fn in_place(osl: &Value<'_>) -> Result<String, Error> {
 /// A group: its text stays as it is; the compiler reads it.
 fn of_group(text: &Value<'_>, name: &str) -> Result<Material, Error> {
     let (source, path) = (text.string()?.to_string(), text.text.path.to_path_buf());
-    Ok(Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None, group: true })
+    Ok(Material { group: true, ..Material::new(name, path, source) })
 }
 
 /// The shader `wanted`, which `shader` names.
@@ -91,7 +96,7 @@ fn of_file(path: PathBuf, name: &str) -> Result<Material, Error> {
         path: path.clone(),
         cause: cause.to_string(),
     })?;
-    Ok(Material { name: name.to_string(), path, source, params: Vec::new(), displacement: None, group: false })
+    Ok(Material::new(name, path, source))
 }
 
 fn param(value: &Value<'_>) -> Result<ParamValue, Error> {

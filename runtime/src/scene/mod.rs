@@ -43,7 +43,12 @@ pub struct Scene {
     pub environment: Option<MaterialId>,
     /// Folders that textures are looked for in, in order; then names are taken as they are.
     pub textures: Vec<PathBuf>,
+    /// What `getattribute` finds anywhere, also as those of the object `global`.
+    pub attributes: Attributes,
 }
+
+/// Named values for `getattribute`.
+pub type Attributes = Vec<(String, ParamValue)>;
 
 /// Index into [`Scene::meshes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -105,6 +110,21 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// Indices into the above, all in range. Front side: counter-clockwise.
     pub triangles: Vec<[u32; 3]>,
+    /// More data per vertex, for parameters with `lockgeom = 0` of these names.
+    pub data: Vec<VertexData>,
+    /// What `getattribute` finds on it.
+    pub attributes: Attributes,
+}
+
+/// Named numbers of a mesh's vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VertexData {
+    /// Name of the parameters that read it.
+    pub name: String,
+    /// Numbers per vertex: 1 is a float, 3 a color, point, vector or normal, others arrays of floats.
+    pub channels: u32,
+    /// All numbers, those of a vertex together.
+    pub values: Vec<f32>,
 }
 
 /// A mesh placed in the world with a material.
@@ -116,6 +136,8 @@ pub struct Instance {
     pub transform: DAffine3,
     /// Its material.
     pub material: MaterialId,
+    /// What `getattribute` finds on it, before what its mesh, its material and the scene have.
+    pub attributes: Attributes,
 }
 
 /// A shader with parameter values.
@@ -133,6 +155,11 @@ pub struct Material {
     pub displacement: Option<MaterialId>,
     /// `source` is the text of a shader group, whose shaders are shipped ones or lie beside `path`.
     pub group: bool,
+    /// Parameters (`layer.param` in a group) whose values a [`crate::session::Session`] can change, beside those whose
+    /// declaration says so.
+    pub interactive: Vec<String>,
+    /// What `getattribute` finds on what has the material.
+    pub attributes: Attributes,
 }
 
 /// A parameter value; how it fits the declared type is for the compiler to check.

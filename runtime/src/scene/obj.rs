@@ -3,7 +3,7 @@
 //! In: the text of a file. Out: one mesh per material. It must not know scenes. Materials: see `mtl`.
 
 use super::error::{Error, MeshFile};
-use super::{Material, Mesh, mtl};
+use super::{Material, Mesh, VertexData, mtl};
 use glam::{Vec2, Vec3};
 use std::cell::RefCell;
 use std::io::{BufRead, Read};
@@ -64,10 +64,15 @@ fn convert(mesh: &tobj::Mesh) -> Mesh {
         uvs.clear();
     }
     let triangles = mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-    Mesh { name: String::new(), positions, normals, uvs, triangles }
+    let mut data = Vec::new();
+    if mesh.vertex_color.len() == mesh.positions.len() && !mesh.vertex_color.is_empty() {
+        data.push(VertexData { name: "Cd".to_string(), channels: 3, values: mesh.vertex_color.clone() });
+    }
+    Mesh { positions, normals, uvs, triangles, data, ..Mesh::default() }
 }
 
-/// Joins two meshes. Where one has no normals it gets zeros, which mean "unknown"; where one has no uv, both lose them.
+/// Joins two meshes. Where one has no normals it gets zeros, which mean "unknown"; where one has no uv or no data of
+/// a name, both lose them.
 fn append(whole: &mut Mesh, mut part: Mesh) {
     let base = whole.positions.len() as u32;
     if base == 0 {
@@ -81,6 +86,12 @@ fn append(whole: &mut Mesh, mut part: Mesh) {
     if whole.uvs.is_empty() || part.uvs.is_empty() {
         whole.uvs.clear();
         part.uvs.clear();
+    }
+    // Data that one of them lacks is nobody's.
+    whole.data.retain(|d| part.data.iter().any(|p| p.name == d.name && p.channels == d.channels));
+    for data in &mut whole.data {
+        let other = part.data.iter().find(|p| p.name == data.name && p.channels == data.channels);
+        data.values.extend(other.map(|p| p.values.as_slice()).unwrap_or_default());
     }
     whole.positions.append(&mut part.positions);
     whole.normals.append(&mut part.normals);

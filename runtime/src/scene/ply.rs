@@ -1,17 +1,20 @@
 //! PLY meshes: ASCII and binary of both byte orders.
 //!
 //! In: the bytes of a file. Out: a mesh. It must not know scenes.
-//! Read are x y z, nx ny nz, texture coordinates named u v, s t or texture_u texture_v, and faces of any length.
+//! Read are x y z, nx ny nz, texture coordinates named u v, s t or texture_u texture_v, and faces of any length. All other
+//! numbers of vertices become data by their names.
 
 use super::error::{Error, MeshFile};
-use super::{Mesh, geometry};
+use super::{Mesh, VertexData, geometry};
 use glam::{Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
 use std::io::ErrorKind;
 use std::path::Path;
 
 const U_NAMES: [&str; 4] = ["u", "s", "texture_u", "texture_s"];
+/// Properties whose bytes stand for 0 to 1.
+const COLOR_NAMES: [&str; 4] = ["red", "green", "blue", "alpha"];
 const V_NAMES: [&str; 4] = ["v", "t", "texture_v", "texture_t"];
 
 /// Reads a mesh; `path` is for messages.
@@ -26,6 +29,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
     let mut faces: Vec<Face> = Vec::new();
     let mut mesh = Mesh::default();
     let (mut has_normals, mut has_uvs) = (false, false);
+    let mut extra: Vec<(String, bool)> = Vec::new();
     for (name, element) in &header.elements {
         let what = format!("element `{name}` with {} entries", element.count);
         let failed = |e| complain(e, path, &what);
@@ -36,6 +40,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
                 }
                 has_normals = ["nx", "ny", "nz"].iter().all(|name| has(element, &[name]));
                 has_uvs = has(element, &U_NAMES) && has(element, &V_NAMES);
+                let more = element.properties.iter().filter(|(name, _)| !is_known(name));
+                extra = more
+                    .map(|(name, def)| (name.clone(), matches!(def.data_type, PropertyType::Scalar(ScalarType::UChar))))
+                    .collect();
                 vertices = Parser::new().read_payload_for_element(&mut reader, element, &header).map_err(failed)?;
             }
             "face" => {
@@ -57,8 +65,31 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
     if has_uvs {
         mesh.uvs = vertices.iter().map(|v| v.uv).collect();
     }
+    for (i, (name, bytes)) in extra.into_iter().enumerate() {
+        // Bytes of colours stand for 0 to 1.
+        let scale = if bytes && COLOR_NAMES.contains(&name.as_str()) { 1.0 / 255.0 } else { 1.0 };
+        let values: Option<Vec<f32>> = vertices.iter().map(|v| v.extra.get(i).copied().flatten()).collect();
+        if let Some(mut values) = values {
+            values.iter_mut().for_each(|v| *v *= scale);
+            mesh.data.push(VertexData { name, channels: 1, values });
+        }
+    }
+    mesh.data.extend(color(&mesh.data));
     mesh.triangles = triangles(&faces, vertices.len(), path)?;
     Ok(mesh)
+}
+
+/// `red`, `green` and `blue` as one colour, `Cd`.
+fn color(data: &[VertexData]) -> Option<VertexData> {
+    let find = |name: &str| data.iter().find(|d| d.name == name).map(|d| &d.values);
+    let (red, green, blue) = (find("red")?, find("green")?, find("blue")?);
+    let values = red.iter().zip(green).zip(blue).flat_map(|((r, g), b)| [*r, *g, *b]).collect();
+    Some(VertexData { name: "Cd".to_string(), channels: 3, values })
+}
+
+/// Whether a property of vertices has its own place in a mesh.
+fn is_known(name: &str) -> bool {
+    ["x", "y", "z", "nx", "ny", "nz"].contains(&name) || U_NAMES.contains(&name) || V_NAMES.contains(&name)
 }
 
 fn triangles(faces: &[Face], vertices: usize, path: &Path) -> Result<Vec<[u32; 3]>, Error> {
@@ -131,14 +162,27 @@ struct Vertex {
     position: Vec3,
     normal: Vec3,
     uv: Vec2,
+    /// The other properties in the file's order; `None` for lists.
+    extra: Vec<Option<f32>>,
 }
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Vertex { position: Vec3::ZERO, normal: Vec3::ZERO, uv: Vec2::ZERO }
+        Vertex { position: Vec3::ZERO, normal: Vec3::ZERO, uv: Vec2::ZERO, extra: Vec::new() }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let value = match property {
+            Property::Char(v) => Some(f32::from(v)),
+            Property::UChar(v) => Some(f32::from(v)),
+            Property::Short(v) => Some(f32::from(v)),
+            Property::UShort(v) => Some(f32::from(v)),
+            Property::Int(v) => Some(v as f32),
+            Property::UInt(v) => Some(v as f32),
+            Property::Float(v) => Some(v),
+            Property::Double(v) => Some(v as f32),
+            _ => None,
+        };
         let slot = match name {
             "x" => &mut self.position.x,
             "y" => &mut self.position.y,
@@ -148,19 +192,13 @@ impl PropertyAccess for Vertex {
             "nz" => &mut self.normal.z,
             name if U_NAMES.contains(&name) => &mut self.uv.x,
             name if V_NAMES.contains(&name) => &mut self.uv.y,
-            _ => return PropertyAccessResult::Ignored,
+            _ => {
+                self.extra.push(value);
+                return PropertyAccessResult::Set;
+            }
         };
-        *slot = match property {
-            Property::Char(v) => f32::from(v),
-            Property::UChar(v) => f32::from(v),
-            Property::Short(v) => f32::from(v),
-            Property::UShort(v) => f32::from(v),
-            Property::Int(v) => v as f32,
-            Property::UInt(v) => v as f32,
-            Property::Float(v) => v,
-            Property::Double(v) => v as f32,
-            _ => return PropertyAccessResult::UnsupportedType,
-        };
+        let Some(value) = value else { return PropertyAccessResult::UnsupportedType };
+        *slot = value;
         PropertyAccessResult::Set
     }
 }

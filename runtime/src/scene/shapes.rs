@@ -15,6 +15,7 @@ pub fn quad(size: Vec2) -> Mesh {
         normals: Vec::new(),
         uvs: corners.to_vec(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
     }
 }
 
@@ -31,6 +32,7 @@ pub fn disk(diameter: f32, segments: u32) -> Mesh {
         normals: Vec::new(),
         uvs: points.iter().map(|p| *p + 0.5).collect(),
         triangles,
+        ..Mesh::default()
     }
 }
 

@@ -108,6 +108,8 @@ pub struct Request<'a> {
     pub userdata: Option<&'a [Userdata]>,
     /// Whether interactive parameters are read at run time.
     pub interactive: bool,
+    /// Parameters that are interactive whatever their declaration says: `layer.param`, or `param` of a shader alone.
+    pub interactive_names: &'a [String],
     /// Whether `isconnected` says that a parameter which may read userdata is connected.
     pub userdata_is_connected: bool,
     /// When layers run.
@@ -132,7 +134,18 @@ pub fn link(request: &Request<'_>) -> Result<(Shader, Vec<String>), Vec<Diagnost
             errors.push(Diagnostic::global("E4013", format!("two layers of the group are named `{}`", part.name)));
         }
         match bind(part, request.name) {
-            Ok(layer) => layers.push(layer),
+            Ok(mut layer) => {
+                for (reads, param) in layer.reads.iter_mut().zip(&layer.shader.params) {
+                    let is = |name: &String| match layer.name.as_str() {
+                        "" => *name == param.name,
+                        layer => name.strip_prefix(layer).and_then(|n| n.strip_prefix('.')) == Some(&param.name),
+                    };
+                    if request.interactive_names.iter().any(is) {
+                        *reads = inputs::Reads { userdata: false, interactive: true };
+                    }
+                }
+                layers.push(layer);
+            }
             Err(list) => errors.extend(list.into_iter().map(|d| in_layer(d, part.name))),
         }
     }

@@ -51,14 +51,6 @@ pub fn run(words: &[String]) -> Result<ExitCode, Error> {
     if !args.outputs.is_empty() {
         terminal::print("\n")?;
     }
-    if !args.entries.is_empty() {
-        let mut line = "Entry layers:".to_owned();
-        for entry in &args.entries {
-            let place = group.layers.iter().position(|l| l.name == *entry);
-            let _ = write!(line, " {entry}({})", place.map_or(-1, |i| i as i32));
-        }
-        terminal::print(&format!("{line}\n"))?;
-    }
     let outputs = outputs(&args, group)?;
     shade(&args, &built, &outputs)?;
     if args.outputs.is_empty() || matches!(args.outputs.as_slice(), [(_, file)] if file == "null") {
@@ -137,7 +129,9 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
             return deliver(args, shaded, outputs);
         }
     };
-    report::show(&output.sources, &output.warnings);
+    if args.verbose {
+        report::show(&output.sources, &output.warnings);
+    }
     if args.debug {
         let artifact = &output.artifact;
         let mut globals = artifact.globals.clone();

@@ -1,0 +1,215 @@
+//! A scene made ready once and rendered as often as one likes, with other values of interactive parameters each time.
+//!
+//! In: a scene, a device, settings; then values. Out: pictures and summaries. It must not know the command line.
+//!
+//! Interactive are parameters declared with `[[ int interactive = 1 ]]` and those that [`crate::scene::Material::interactive`]
+//! names, of materials on surfaces and around them; [`crate::render::render`] binds them like all others.
+
+use crate::accel::{self, Geometry};
+use crate::device::Device;
+use crate::film::Picture;
+use crate::materials::{Compiled, binding};
+use crate::plan::{Effect, Plan};
+use crate::programs::{self, Kernels};
+use crate::render::{self, Error, Options, Progress, Summary};
+use crate::scene::{MaterialId, ParamValue, Scene};
+use crate::supplies::Supplies;
+use crate::told::{self, Heard};
+use crate::vertex_data::{self, Table};
+use crate::wavefront::{Counts, Spread, Supplied, Wavefront};
+use crate::{attributes, device, displace, textures};
+use std::borrow::Cow;
+use std::time::{Duration, Instant};
+
+/// Compiled materials, built programs, geometry: all that does not change between renders.
+///
+/// ```no_run
+/// use oslcl_runtime::scene::{self, MaterialId, ParamValue};
+/// use oslcl_runtime::{device::Device, render, session::Session};
+///
+/// let scene = scene::load("scenes/gallery.toml".as_ref())?;
+/// let device = Device::open(None)?;
+/// let mut session = Session::new(&scene, &device, &render::Options::default())?;
+/// let (before, _) = session.render(&mut |_| {})?;
+/// session.set(MaterialId(0), "Kd", &ParamValue::Float(0.5))?;
+/// let (after, _) = session.render(&mut |_| {})?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Session<'a> {
+    device: &'a Device,
+    options: Options,
+    /// After displacement.
+    scene: Cow<'a, Scene>,
+    plan: Plan,
+    compiled: Compiled,
+    geometry: Geometry,
+    kernels: Kernels,
+    textures: textures::Packed,
+    userdata: Table,
+    /// By material.
+    values: Vec<Supplies>,
+    spread: Spread,
+    heard: Heard,
+    compile_time: Duration,
+    build_time: Duration,
+    geometry_time: Duration,
+}
+
+impl<'a> Session<'a> {
+    /// Makes a scene ready.
+    pub fn new(scene: &'a Scene, device: &'a Device, options: &Options) -> Result<Session<'a>, Error> {
+        Session::build(scene, device, options, true)
+    }
+
+    /// `interactive`: whether values can be set.
+    pub(crate) fn build(
+        scene: &'a Scene,
+        device: &'a Device,
+        options: &Options,
+        interactive: bool,
+    ) -> Result<Session<'a>, Error> {
+        if options.precision.is_double() && !device.info.double {
+            return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
+        }
+        let start = Instant::now();
+        let (plan, compiled) = render::plan_for(scene, options.precision, interactive)?;
+        let compile_time = start.elapsed();
+
+        let start = Instant::now();
+        let mut heard = Heard::default();
+        let scene = displace::apply(scene, &compiled, device, options.precision, &mut heard)?;
+        let geometry = accel::build(&scene, &plan.materials)?;
+        let has_userdata = plan.has(Effect::Userdata) || plan.has(Effect::Attributes);
+        let userdata = match has_userdata {
+            true => vertex_data::table(&scene, &compiled.artifacts, &geometry.first_vertices)?,
+            false => Table::default(),
+        };
+        let geometry_time = start.elapsed();
+
+        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+        let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
+        let textures = match plan.has(Effect::Textures) {
+            true => textures::pack(&compiled.textures, compiled.texture_files())?,
+            false => textures::Packed::default(),
+        };
+        let values = vec![Supplies::default(); scene.materials.len()];
+        let interactive = interactive_numbers(&compiled, &values);
+        let supplied = Supplied { textures: &textures, userdata: &userdata, interactive: &interactive };
+        Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
+        let start = Instant::now();
+        let kernels = programs::build(device, &plan, spread.paths)?;
+        let build_time = start.elapsed();
+        Ok(Session {
+            device,
+            options: *options,
+            scene,
+            plan,
+            compiled,
+            geometry,
+            kernels,
+            textures,
+            userdata,
+            values,
+            spread,
+            heard,
+            compile_time,
+            build_time,
+            geometry_time,
+        })
+    }
+
+    /// Sets an interactive parameter of a material; in a group its name is `layer.param`.
+    pub fn set(&mut self, material: MaterialId, name: &str, value: &ParamValue) -> Result<(), Error> {
+        let index = material.0 as usize;
+        let called = self.scene.materials.get(index).map_or_else(|| format!("number {index}"), |m| m.name.clone());
+        let refuse = |cause: String| Err(Error::Parameter { material: called, cause });
+        let Some(artifact) = self.compiled.artifacts.get(index).and_then(Option::as_ref) else {
+            return refuse("it is on no surface and not around the scene".into());
+        };
+        let slots = &artifact.inputs.interactive;
+        let Some(slot) = slots.iter().find(|s| s.name == name) else {
+            let known: Vec<&str> = slots.iter().map(|s| s.name.as_str()).collect();
+            let known =
+                if known.is_empty() { "none is".to_owned() } else { format!("these are: {}", known.join(", ")) };
+            return refuse(format!("`{name}` is no interactive parameter; {known}"));
+        };
+        let value = binding(value);
+        if value.numbers(slot).is_none() {
+            return refuse(format!("the value does not fit `{name}`, which is of type {}", slot.ty));
+        }
+        let list = &mut self.values[index].interactive;
+        list.retain(|(other, _)| other != name);
+        list.push((name.to_owned(), value));
+        Ok(())
+    }
+
+    /// Renders with the present values. `watch` hears of the progress each time that the device is asked for it.
+    pub fn render(&mut self, watch: &mut dyn FnMut(&Progress)) -> Result<(Picture, Summary), Error> {
+        let (device, scene, plan) = (self.device, self.scene.as_ref(), &self.plan);
+        let start = Instant::now();
+        let interactive = interactive_numbers(&self.compiled, &self.values);
+        let supplied = Supplied { textures: &self.textures, userdata: &self.userdata, interactive: &interactive };
+        let mut wavefront =
+            Wavefront::new(device, plan, &self.kernels, scene, &mut self.geometry, &supplied, self.spread)?;
+        device.finish()?;
+        let geometry_time = self.geometry_time + start.elapsed();
+
+        let start = Instant::now();
+        wavefront.warm_up()?;
+        let build_time = self.build_time + start.elapsed();
+
+        let start = Instant::now();
+        let wanted = scene.integrator.samples;
+        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+        let mut report = |counts: &Counts| {
+            watch(&Progress { counts: *counts, total: pixels * u64::from(wanted), elapsed: start.elapsed() });
+        };
+        let mut done = 0;
+        while done < wanted {
+            let next = match self.options.time_limit {
+                None => wanted - done,
+                Some(limit) => render::next_pass(done, wanted, start.elapsed(), limit),
+            };
+            if next == 0 {
+                break;
+            }
+            wavefront.render(done, done + next, &mut report)?;
+            done += next;
+        }
+        let data = wavefront.resolve(done)?;
+        let render_time = start.elapsed();
+        let counts = wavefront.counts()?;
+        let (words, lost) = wavefront.messages()?;
+        let mut strings = self.textures.messages.clone();
+        if !words.is_empty() {
+            strings.extend(attributes::strings(scene));
+            strings.extend(self.values.iter().flat_map(Supplies::strings));
+        }
+        let mut messages = told::collect(&words, 4 * lost, scene, &self.compiled, &strings)?;
+        self.heard.give(&mut messages);
+        wavefront.log_times();
+        let bytes_per_path = plan.layout.bytes_per_path(self.options.precision.real_bytes());
+        let picture = render::picture(scene, &self.options, done, &data, plan.layout.film_channels() as usize);
+        drop(wavefront);
+        let summary = Summary {
+            device: device.info.name.clone(),
+            samples: done,
+            compile_time: self.compile_time,
+            build_time,
+            geometry_time,
+            render_time,
+            counts,
+            plan: plan.clone(),
+            bytes_per_path,
+            warnings: self.compiled.warnings.clone(),
+            messages,
+        };
+        Ok((picture, summary))
+    }
+}
+
+/// The numbers of all materials' interactive parameters, one behind the other as `Plan::interactive` says.
+fn interactive_numbers(compiled: &Compiled, values: &[Supplies]) -> Vec<(f64, bool)> {
+    let artifacts = compiled.artifacts.iter().zip(values);
+    artifacts.filter_map(|(a, v)| Some(v.interactive(a.as_ref()?))).flatten().collect()
+}
