@@ -10,24 +10,49 @@
 
 use crate::ast::{self, ArraySize, Function, Item, TypeName};
 use crate::builtins;
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Severity};
 use crate::preprocess::{self, Includes};
 use crate::source::SourceMap;
 use crate::{facade, parse};
 use std::collections::HashSet;
+use std::sync::Arc;
 
 /// A text with mapping functions, and its name for messages.
 pub type Mapping = (String, String);
 
-/// Replaces declarations of vendors' closures. The first mapping that has a name counts; ours come last.
+/// Replaces declarations of vendors' closures. The first mapping that has a name counts; ours come last. Closures that the text
+/// calls and nothing declares are taken from the vendor's own `stdosl.h` where the user has one (`vendor_header`), then from the
+/// mappings. The warnings.
 pub(crate) fn complete(
     file: &mut ast::File,
+    text: &str,
     mappings: &[Mapping],
+    vendor_header: &dyn Fn() -> Option<(String, Arc<str>)>,
     includes: &dyn Includes,
     sources: &mut SourceMap,
-) -> Result<(), Vec<Diagnostic>> {
+) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+    let mut warnings = Vec::new();
     file.items.retain(|item| !matches!(item, Item::Function(f) if is_ours(f)));
     let mut wanted: HashSet<String> = HashSet::new();
+    let mut unknown = unknown_calls(file, text);
+    if !unknown.is_empty()
+        && let Some((name, header)) = vendor_header()
+    {
+        match take(&name, &header, file, &mut unknown, includes, sources) {
+            Ok(()) => {}
+            Err(said) => {
+                let why = said.first().map_or_else(String::new, |d| format!(": {}", d.message));
+                let message = format!("`{name}` cannot be read and is left out{why}");
+                warnings.push(Diagnostic { severity: Severity::Warning, ..Diagnostic::global("W2011", message) });
+            }
+        }
+    }
+    for name in unknown {
+        let head = format!("closure color {name}(");
+        if mappings.iter().any(|(_, text)| text.contains(&head)) || header_of(&name).is_some() {
+            wanted.insert(name);
+        }
+    }
     for item in &file.items {
         if let Item::Function(f) = item
             && is_declaration(f)
@@ -62,8 +87,10 @@ pub(crate) fn complete(
             continue;
         }
         wanted.retain(|w| !found.contains(w));
+        // A declaration of other parameters is another closure of that name.
+        let mapped = |f: &Function| functions.iter().any(|m| m.name.name == f.name.name && shape(m) == shape(f));
         file.items.retain(|item| match item {
-            Item::Function(f) => f.body.is_some() || !found.contains(&f.name.name),
+            Item::Function(f) => f.body.is_some() || !mapped(f),
             _ => true,
         });
         // Helpers, which return no closure or say nothing of tokens, come along.
@@ -71,6 +98,85 @@ pub(crate) fn complete(
         let taken = functions.into_iter().filter(|f| helps(f) || found.contains(&f.name.name));
         file.items.splice(0..0, taken.map(Item::Function));
     }
+    Ok(warnings)
+}
+
+/// The names that a text calls and neither it nor the compiler has.
+fn unknown_calls(file: &ast::File, text: &str) -> HashSet<String> {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut known: HashSet<&str> = HashSet::new();
+    for item in &file.items {
+        match item {
+            Item::Function(f) => known.insert(&f.name.name),
+            Item::Struct(s) => known.insert(&s.name.name),
+            Item::Shader(s) => known.insert(&s.name.name),
+        };
+    }
+    let mut unknown = HashSet::new();
+    for (at, _) in text.match_indices('(') {
+        let before = text[..at].trim_end();
+        let name = &before[before.rfind(|c| !is_word(c)).map_or(0, |i| i + 1)..];
+        let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && !KEYWORDS.contains(&name);
+        if is_name && known.insert(name) && builtins::find(name).is_none() && builtins::find_closure(name).is_none() {
+            unknown.insert(name.to_owned());
+        }
+    }
+    unknown
+}
+
+/// Words that stand before parentheses and are no functions.
+const KEYWORDS: [&str; 14] = [
+    "if", "for", "while", "return", "int", "float", "color", "point", "vector", "normal", "matrix", "string", "void",
+    "and",
+];
+
+/// Takes functions and structs of a vendor's header that a file calls, with what those need, unless the compiler has them.
+fn take(
+    name: &str,
+    text: &Arc<str>,
+    file: &mut ast::File,
+    unknown: &mut HashSet<String>,
+    includes: &dyn Includes,
+    sources: &mut SourceMap,
+) -> Result<(), Vec<Diagnostic>> {
+    if !unknown.iter().any(|w| text.contains(w.as_str())) {
+        return Ok(());
+    }
+    let options = preprocess::Options::default();
+    let pre = preprocess::preprocess(name, text.clone(), &options, includes, sources)?;
+    let library = parse::parse(&pre)?;
+    let given = |item: &Item| match item {
+        Item::Function(f) => unknown.contains(&f.name.name),
+        _ => false,
+    };
+    if !library.items.iter().any(given) {
+        return Ok(());
+    }
+    let has = |file: &ast::File, name: &str| {
+        file.items.iter().any(|item| match item {
+            Item::Function(f) => f.name.name == name,
+            Item::Struct(s) => s.name.name == name,
+            Item::Shader(_) => false,
+        })
+    };
+    let mut taken = Vec::new();
+    for item in library.items {
+        let new = match &item {
+            Item::Function(f) => {
+                let ours = builtins::find(&f.name.name).is_some() || builtins::find_closure(&f.name.name).is_some();
+                !ours && !has(file, &f.name.name)
+            }
+            Item::Struct(s) => !has(file, &s.name.name),
+            Item::Shader(_) => false,
+        };
+        if new {
+            if let Item::Function(f) = &item {
+                unknown.remove(&f.name.name);
+            }
+            taken.push(item);
+        }
+    }
+    file.items.splice(0..0, taken);
     Ok(())
 }
 
@@ -109,6 +215,19 @@ fn is_ours(f: &Function) -> bool {
     let args: Vec<String> = f.params.iter().map(spelling).collect();
     let is_row = |row: &builtins::ClosureRow| row.name == f.name.name && row.args == args.join(",");
     builtins::CLOSURES.iter().any(is_row) || (f.ret.name != TypeName::Closure && builtins::find(&f.name.name).is_some())
+}
+
+/// What a closure's parameters are, those given by tokens left out; triples of any kind convert to each other.
+fn shape(f: &Function) -> Vec<String> {
+    let tokens = metadata(f, "tokens").and_then(|n| usize::try_from(n).ok()).unwrap_or(0);
+    let of = |p: &ast::Param| {
+        let spelt = spelling(p);
+        ["color", "point", "vector", "normal"].iter().fold(spelt, |s, triple| match s.strip_prefix(triple) {
+            Some(rest) => format!("triple{rest}"),
+            None => s,
+        })
+    };
+    f.params.iter().take(f.params.len().saturating_sub(tokens)).map(of).collect()
 }
 
 /// A parameter's type as the tables spell it.

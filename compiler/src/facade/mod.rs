@@ -332,8 +332,12 @@ fn tree(
 ) -> Result<check::Checked, Vec<Diagnostic>> {
     let parse::Parsed { mut file, errors } = parse::recover(pre);
     if errors.is_empty() {
-        vendor::complete(&mut file, &options.closures, &WithEmbedded(includes), sources)?;
-        return check::check(&file);
+        let header = || includes.read("stdosl.h", Some(&options.file_name), false);
+        let embedded = WithEmbedded(includes);
+        let said = vendor::complete(&mut file, &pre.text, &options.closures, &header, &embedded, sources)?;
+        let mut checked = check::check(&file)?;
+        checked.warnings.extend(said);
+        return Ok(checked);
     }
     let mut all = errors;
     if !file.items.is_empty()

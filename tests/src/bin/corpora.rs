@@ -42,6 +42,8 @@ enum Fate {
     Built,
     /// It needs files that are not there, or holds no shader.
     Incomplete(String),
+    /// The reference compiler refuses it too (tests/corpora/invalid.txt).
+    Invalid(String),
     /// The compiler refuses it.
     Refused(String),
     /// The device refuses its code.
@@ -106,6 +108,15 @@ fn compile(path: &Path, includes: &Folders, file: usize) -> Result<Vec<Code>, Fa
     Ok(out)
 }
 
+/// Files held for invalid, and why.
+const INVALID: &str = include_str!("../../corpora/invalid.txt");
+
+/// Why a file is held for invalid.
+fn invalid(path: &Path) -> Option<&'static str> {
+    let lines = INVALID.lines().filter(|l| !l.starts_with('#'));
+    lines.filter_map(|l| l.split_once(": ")).find(|(end, _)| path.ends_with(end)).map(|(_, why)| why)
+}
+
 /// The cause of a failure, the same for files that fail alike.
 fn cause(failure: &Failure) -> Fate {
     let Some(d) = failure.diagnostics.iter().find(|d| d.is_error()) else { return Fate::Refused("no finding".into()) };
@@ -118,7 +129,8 @@ fn cause(failure: &Failure) -> Fate {
 
 fn build(device: &Device, group: &[Code]) -> Result<(), String> {
     let macros: BTreeSet<&String> = group.iter().flat_map(|c| &c.macros).collect();
-    let mut text: String = macros.iter().map(|m| format!("#define {m}\n")).collect();
+    let mut text = String::from("#define HAS_DERIVATIVES\n");
+    text.extend(macros.iter().map(|m| format!("#define {m}\n")));
     for one in group {
         text.push_str(&one.code);
         text.push('\n');
@@ -153,12 +165,32 @@ fn collection(folder: &Path, more: &[PathBuf], device: Option<&Device>) -> (Vec<
     shaders.sort();
     let includes = Folders(headers.into_iter().chain(more.iter().cloned()).collect());
     let mut fates: Vec<Fate> = shaders.iter().map(|_| Fate::Built).collect();
-    let compiled = batch(|| shaders.iter().enumerate().map(|(i, p)| compile(p, &includes, i)).collect::<Vec<_>>());
     let mut codes = Vec::new();
-    for (i, result) in compiled.unwrap_or_else(|e| panic!("{e}")).into_iter().enumerate() {
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        batch(|| {
+            let mut done = Vec::new();
+            loop {
+                let i = next.fetch_add(1, Ordering::Relaxed);
+                let Some(path) = shaders.get(i) else { return done };
+                done.push((i, compile(path, &includes, i)));
+            }
+        })
+    };
+    let compiled: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().map(|t| t.join().unwrap_or_else(|p| std::panic::resume_unwind(p))).collect()
+    });
+    for (i, result) in compiled.into_iter().flat_map(|done| done.unwrap_or_else(|e| panic!("{e}"))) {
         match result {
             Ok(more) => codes.extend(more),
-            Err(failure) => fates[i] = cause(&failure),
+            Err(failure) => {
+                fates[i] = match invalid(&shaders[i]) {
+                    Some(why) => Fate::Invalid(why.to_owned()),
+                    None => cause(&failure),
+                };
+            }
         }
     }
     let Some(device) = device else { return (shaders, fates) };
@@ -178,7 +210,6 @@ fn collection(folder: &Path, more: &[PathBuf], device: Option<&Device>) -> (Vec<
         }
         found
     };
-    let workers = std::thread::available_parallelism().map_or(1, usize::from);
     let found: Vec<(usize, String)> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
         threads.into_iter().flat_map(|t| t.join().unwrap_or_else(|p| std::panic::resume_unwind(p))).collect()
@@ -211,20 +242,22 @@ fn main() {
     let mut out = String::from(
         "# Public collections of shaders\n\nWritten by tests/corpora/run.py: each shader is compiled to OpenCL C, as a material and as a \
          function of its outputs, and built on a device.\nIncomplete files include headers that are not in the collection, or hold no \
-         shader; they do not count in the last column. No other\ncompiler was asked: every other file that ours refuses counts as \
-         a failure, also where the file is at fault.\n\n| collection | files | incomplete | refused | do not build | built | of those that \
-         count |\n|---|--:|--:|--:|--:|--:|--:|\n",
+         shader; they do not count in the last column, \
+         nor do invalid ones, which tests/corpora/invalid.txt lists with the reason why the\nreference compiler refuses them too. Every \
+         other file that ours refuses counts as a failure.\n\n| collection | files | incomplete | invalid | refused | do not build | built | of those that \
+         count |\n|---|--:|--:|--:|--:|--:|--:|--:|\n",
     );
     let mut causes = String::new();
-    let mut total = [0usize; 4];
+    let mut total = [0usize; 5];
     for (name, folder) in &collections {
         let (shaders, fates) = collection(folder, &more, device.as_ref());
-        let mut count = [0usize; 4];
+        let mut count = [0usize; 5];
         let mut by_cause: BTreeMap<(&str, &str), Vec<String>> = BTreeMap::new();
         for (path, fate) in shaders.iter().zip(&fates) {
             let (kind, words) = match fate {
                 Fate::Built => (3, None),
                 Fate::Incomplete(w) => (0, Some(("incomplete", w))),
+                Fate::Invalid(w) => (4, Some(("invalid", w))),
                 Fate::Refused(w) => (1, Some(("refused", w))),
                 Fate::NotBuilt(w) => (2, Some(("does not build", w))),
             };
@@ -235,7 +268,7 @@ fn main() {
             }
         }
         row(&mut out, name, &count);
-        (0..4).for_each(|i| total[i] += count[i]);
+        (0..5).for_each(|i| total[i] += count[i]);
         let mut list: Vec<_> = by_cause.into_iter().collect();
         list.sort_by_key(|(_, files)| std::cmp::Reverse(files.len()));
         if !list.is_empty() {
@@ -259,10 +292,10 @@ fn main() {
     }
 }
 
-fn row(out: &mut String, name: &str, count: &[usize; 4]) {
-    let [incomplete, refused, not_built, built] = *count;
+fn row(out: &mut String, name: &str, count: &[usize; 5]) {
+    let [incomplete, refused, not_built, built, invalid] = *count;
     let counts = refused + not_built + built;
     let part = if counts == 0 { "-".to_owned() } else { format!("{:.1} %", 100.0 * built as f64 / counts as f64) };
-    let all = incomplete + counts;
-    let _ = writeln!(out, "| {name} | {all} | {incomplete} | {refused} | {not_built} | {built} | {part} |");
+    let all = incomplete + invalid + counts;
+    let _ = writeln!(out, "| {name} | {all} | {incomplete} | {invalid} | {refused} | {not_built} | {built} | {part} |");
 }
