@@ -187,6 +187,20 @@ fn globals_are_shared() {
 }
 
 #[test]
+fn a_layer_that_traces_runs_unasked_when_told_to() {
+    // Whether it ran shows by what it writes to a global.
+    let traces = "shader s(output int x = 0) { x = trace(P, N); if (x >= 0) P = 7; }";
+    let folded_away = "shader s(output int x = 0) { if (0) x = trace(P, N); P = 7; }";
+    let reads = "shader t(int x = 0, output float r = 0) { if (u == 99.5) r = x; r += P[0]; }";
+    for (first, lazy_traces, wanted) in [(traces, true, 0.0), (traces, false, 7.0), (folded_away, false, 0.0)] {
+        let group = group(&[first, reads], &["a.x b.x"]);
+        let options = Options { lazy: Lazy { traces: lazy_traces, ..Lazy::default() }, ..Options::default() };
+        let points = group.evaluate_all(&options, &["r".into()], &[Globals::default()]).expect("values");
+        assert_eq!(points[0][0].1, [wanted], "{first}, lazy: {lazy_traces}");
+    }
+}
+
+#[test]
 fn entry_layers_run_instead_of_the_last() {
     let first = "shader s(output float f = 1) { f = 2; }";
     let last = "shader t(output float r = 3) { r = 4; }";

@@ -40,6 +40,9 @@ pub struct State {
     pub surface_area: bool,
     /// `backfacing`.
     pub backfacing: bool,
+    /// `flip_handedness`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub flip_handedness: bool,
     /// `raytype`.
     pub raytype: bool,
     /// The derivatives (`HAS_DERIVATIVES`).
@@ -201,6 +204,7 @@ fn calls(shader: &Shader, effects: &mut Effects) {
             }
             "surfacearea" => effects.state.surface_area = true,
             "backfacing" => effects.state.backfacing = true,
+            "flip_handedness" => effects.state.flip_handedness = true,
             "raytype_bit" => effects.state.raytype = true,
             _ => {}
         }

@@ -23,6 +23,7 @@ struct Facts {
     has_effects: bool,
     writes_globals: bool,
     reports_errors: bool,
+    traces: bool,
     feeds_others: bool,
     has_outputs: bool,
 }
@@ -41,13 +42,15 @@ pub(super) fn compose(
     let mut facts = Vec::with_capacity(count);
     let mut blocks = Vec::with_capacity(count);
     for (index, layer) in layers.into_iter().enumerate() {
+        let all_lazy = request.lazy.globals && request.lazy.errors && request.lazy.traces;
         // Whether a call or an assignment is there at all may hang on values: they are folded to see.
-        let folded = if request.lazy.globals && request.lazy.errors { None } else { folded(&layer.shader) };
+        let folded = if all_lazy { None } else { folded(&layer.shader) };
         let seen = folded.as_ref().unwrap_or(&layer.shader);
         facts.push(Facts {
             has_effects: has_effects(&layer.shader),
             writes_globals: writes_globals(seen),
             reports_errors: reports_errors(seen),
+            traces: traces(seen),
             feeds_others: wires.iter().any(|w| w.from.layer == index),
             has_outputs: outputs.iter().any(|(l, _)| *l == index),
         });
@@ -64,6 +67,7 @@ pub(super) fn compose(
             || f.writes_globals && !lazy.globals
             || !f.feeds_others && !lazy.unconnected
             || f.reports_errors && !lazy.errors
+            || f.traces && !lazy.traces
     };
     let roots: Vec<usize> =
         if entries.is_empty() { (0..count).filter(|k| always(*k)).collect() } else { entries.to_vec() };
@@ -137,6 +141,21 @@ fn reports_errors(shader: &Shader) -> bool {
                 && let Some(Arg::Value(code)) = args.first()
             {
                 found |= shader.values[code.0 as usize].inst == Inst::Const(Const::Int(messages::code::ERROR));
+            }
+        });
+    }
+    found
+}
+
+/// Whether it may call `trace`.
+fn traces(shader: &Shader) -> bool {
+    let mut found = false;
+    for block in shader.blocks() {
+        block.walk(&mut |s| {
+            if let Stmt::Let(v) = s
+                && let Inst::Call(func, _) = &shader.values[v.0 as usize].inst
+            {
+                found |= builtins::row(*func).name == "trace_hit";
             }
         });
     }

@@ -83,11 +83,13 @@ pub struct Lazy {
     pub unconnected: bool,
     /// `lazyerror`: also those that call `error`.
     pub errors: bool,
+    /// `lazytrace`: also those that call `trace`.
+    pub traces: bool,
 }
 
 impl Default for Lazy {
     fn default() -> Lazy {
-        Lazy { layers: true, globals: true, unconnected: true, errors: true }
+        Lazy { layers: true, globals: true, unconnected: true, errors: true, traces: true }
     }
 }
 
