@@ -297,7 +297,8 @@ fn a_picture_that_exceeds_the_memory_is_refused_at_once() {
     let size = if memory < 40 << 30 { "32768x32768" } else { "32769x32769" };
     let run = at.oslcl(&["render", "s.toml", "-o", "p.exr", "--size", size, "--precision", "reference"]);
     if memory < 40 << 30 {
-        fails(&run, 1, &["out of memory: buffer `film` needs 48.00 GiB", "help: "]);
+        // Whichever is met first, the device's memory or its largest buffer.
+        fails(&run, 1, &["`film`", "48.00 GiB"]);
     } else {
         fails(&run, 1, &["s.toml: a picture of 32769 x 32769 pixels is too large"]);
     }

@@ -245,6 +245,19 @@ impl<'m> Reader<'m> {
         FunctionId(self.functions.len() as u32 - 1)
     }
 
+    /// A closure of another renderer.
+    pub(super) fn vendor_closure(&mut self, name: String, span: Span) -> FunctionId {
+        self.functions.push(Function {
+            name,
+            ret: Type::scalar(Base::Closure),
+            params: Vec::new(),
+            body: None,
+            closure: VendorClosure::Unknown,
+            span,
+        });
+        FunctionId(self.functions.len() as u32 - 1)
+    }
+
     /// The value that a symbol's line tells; `None` when it tells none.
     fn literal(&self, symbol: &Symbol) -> Option<Expr> {
         let (ty, span) = (self.ty(symbol), symbol.span);

@@ -256,23 +256,27 @@ impl Reader<'_> {
                 best = Some((sum, id));
             }
         }
-        let Some((_, id)) = best else {
-            let reason = if known { "has arguments that closure" } else { "makes a closure that is not known:" };
-            let end = if known { " does not take" } else { "" };
-            return Err(unfit(op, format!("{reason} `{name}`{end}")));
-        };
-        let formals = sig::closure_formals(id);
-        let options = args.split_off(formals.len());
-        let mut fitting = Vec::with_capacity(args.len());
-        for (formal, arg) in formals.iter().zip(args) {
-            fitting.push(match formal.ty {
-                Some(ty) => fitted(op, arg, ty)?,
-                None => arg,
-            });
-        }
-        fitting.extend(closure_options(op, id, options)?);
-        let callee = Callee::Closure { id, formals: formals.len() };
         let ty = Type::scalar(Base::Closure);
+        let (callee, fitting) = match best {
+            Some((_, id)) => {
+                let formals = sig::closure_formals(id);
+                let options = args.split_off(formals.len());
+                let mut fitting = Vec::with_capacity(args.len());
+                for (formal, arg) in formals.iter().zip(args) {
+                    fitting.push(match formal.ty {
+                        Some(ty) => fitted(op, arg, ty)?,
+                        None => arg,
+                    });
+                }
+                fitting.extend(closure_options(op, id, options)?);
+                (Callee::Closure { id, formals: formals.len() }, fitting)
+            }
+            None if known => {
+                return Err(unfit(op, format!("has arguments that closure `{name}` does not take")));
+            }
+            // Of another renderer: it contributes nothing.
+            None => (Callee::User(self.vendor_closure(name, op.span)), args),
+        };
         let call = Expr { kind: ExprKind::Call(callee, fitting), ty, span: op.span };
         match weight {
             None => Ok(call),

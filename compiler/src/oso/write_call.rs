@@ -7,7 +7,7 @@ use super::write_expr::{is_struct, parts};
 use super::write_symbols::{Home, Place};
 use super::{Access, SymId, SymbolKind};
 use crate::builtins::{self, sig};
-use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt, VarId};
+use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt, VarId, VendorClosure};
 use crate::diag::Diagnostic;
 use crate::types::{Base, Type};
 use std::collections::HashSet;
@@ -68,6 +68,16 @@ impl Writer<'_> {
     fn inline(&mut self, id: FunctionId, args: &[Expr], e: &Expr) -> Option<Home> {
         let tree = self.tree;
         let function = &tree.functions[id.0 as usize];
+        if function.closure == VendorClosure::Unknown {
+            // Another renderer may know it.
+            let mut symbols = self.values(args);
+            let name = self.string(&function.name);
+            let to = self.target(None, e.ty);
+            symbols.splice(0..0, [to, name]);
+            let access = format!("w{}", "r".repeat(symbols.len() - 1));
+            self.op("closure", &access, &symbols);
+            return Some(Home::One(to));
+        }
         let Some(body) = &function.body else {
             let message = format!("function `{}` is declared but has no body", function.name);
             self.error(Diagnostic::error("E2015", e.span, message).label(function.span, "declared here"));

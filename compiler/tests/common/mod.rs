@@ -35,14 +35,14 @@ pub fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Headers beside the shaders of a folder, and `stdosl.h` as shipped.
+/// Headers beside the shaders of a folder, and those that ship; `stdosl.h` always as shipped.
 pub struct Beside(pub PathBuf);
 
 impl Includes for Beside {
     fn read(&self, path: &str, _from: Option<&str>, _system: bool) -> Option<(String, Arc<str>)> {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders-osl");
-        let folder = if path == "stdosl.h" { shipped } else { self.0.clone() };
-        let text = std::fs::read_to_string(folder.join(path)).ok()?;
+        let folders = if path == "stdosl.h" { vec![shipped] } else { vec![self.0.clone(), shipped] };
+        let text = folders.iter().find_map(|folder| std::fs::read_to_string(folder.join(path)).ok())?;
         Some((path.to_owned(), text.into()))
     }
 }

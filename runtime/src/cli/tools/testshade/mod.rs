@@ -136,6 +136,7 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
         let artifact = &output.artifact;
         let mut globals = artifact.globals.clone();
         globals.extend(artifact.state.backfacing.then_some("backfacing"));
+        globals.extend(artifact.state.flip_handedness.then_some("flipHandedness"));
         terminal::print(&format!("Need {} globals:  {}\n", globals.len(), globals.join(" ")))?;
     }
     if outputs.is_empty() && output.artifact.sites.is_empty() {

@@ -57,6 +57,7 @@ pub fn lazy(args: &Args) -> Lazy {
             "lazyglobals" => lazy.globals = on,
             "lazyunconnected" => lazy.unconnected = on,
             "lazyerror" => lazy.errors = on,
+            "lazytrace" => lazy.traces = on,
             _ => {}
         }
     }
