@@ -169,7 +169,7 @@ pub static TABLE: &[Row] = &[
     // is then taken, "" where it is an error.
     row("unknown_name", &["int(string,string,string,string)"], InternalHost),
     row("hash_value", &["int(int)", "int(float)", "int(float,float)", "int(vector)", "int(vector,float)"], Internal),
-    row("spline", &["T(string,float,T[])", "T(string,float,int,T[])", "T(string,float,T,T,...)"], Special),
+    row("spline", &["T(string,float,T[])", "T(string,float,int,T[])", "T(string,float,T,...)"], Special),
     row("spline_catmullrom", SPLINE_KIND, Internal),
     row("spline_bezier", SPLINE_KIND, Internal),
     row("spline_bspline", SPLINE_KIND, Internal),
@@ -184,7 +184,7 @@ pub static TABLE: &[Row] = &[
     row("spline_linear_slope", SPLINE_KIND, Internal),
     row(
         "splineinverse",
-        &["float(string,float,float[])", "float(string,float,int,float[])", "float(string,float,float,float,...)"],
+        &["float(string,float,float[])", "float(string,float,int,float[])", "float(string,float,float,...)"],
         Special,
     ),
     row("splineinverse_catmullrom", SPLINEINVERSE_KIND, Internal),

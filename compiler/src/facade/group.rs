@@ -11,7 +11,8 @@ use crate::backend::opencl_c;
 use crate::diag::Diagnostic;
 use crate::dictionary::Documents;
 use crate::interp;
-use crate::ir::Shader;
+use crate::ir::{Const, Inst, Shader};
+use crate::lower::PLACE;
 use crate::passes::{self, Target, link};
 use crate::source::{FileId, SourceMap};
 use crate::textures::TextureAccess;
@@ -219,7 +220,7 @@ impl<'a> Parts<'a> {
                 settings: part.settings.clone(),
             });
         }
-        link::link(&link::Request {
+        let (mut shader, outputs) = link::link(&link::Request {
             name: self.name,
             parts,
             connections: self.connections,
@@ -230,7 +231,9 @@ impl<'a> Parts<'a> {
             interactive_names: &options.interactive_names,
             userdata_is_connected: options.userdata_is_connected,
             lazy: options.lazy,
-        })
+        })?;
+        tell_places(&mut shader, &files.sources);
+        Ok((shader, outputs))
     }
 
     pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
@@ -358,4 +361,18 @@ fn outcome(
         values.push((asked.clone(), reals));
     }
     Ok(values)
+}
+
+/// Puts the file and line of a call where its report has [`PLACE`].
+fn tell_places(shader: &mut Shader, sources: &SourceMap) {
+    for value in &mut shader.values {
+        if let Inst::Const(Const::Str(text)) = &mut value.inst
+            && text.contains(PLACE)
+        {
+            let (file, line) = sources
+                .origin(value.span)
+                .unwrap_or_else(|| (sources.file(value.span.file).name.as_str(), sources.line(value.span)));
+            *text = text.replace(PLACE, &format!("{file}:{line}"));
+        }
+    }
 }

@@ -94,6 +94,8 @@ pub struct Options {
     pub spaces: Vec<String>,
     /// What linear RGB is.
     pub color_system: ColorSystem,
+    /// Unknown kinds of noise are reported when the shader runs, as by the reference implementation; otherwise they are errors.
+    pub unknown_noise_runs: bool,
     /// What vendors' closures look like, before our own mappings: OSL texts, see [`crate::vendor`].
     pub closures: Vec<vendor::Mapping>,
     /// What to write.
@@ -129,6 +131,7 @@ impl Default for Options {
             bindings: Vec::new(),
             spaces: Vec::new(),
             color_system: ColorSystem::default(),
+            unknown_noise_runs: false,
             closures: Vec::new(),
             entry: Entry::Material,
             userdata: None,
@@ -398,7 +401,11 @@ fn checked(
 }
 
 fn settings(options: &Options) -> lower::Settings {
-    lower::Settings { spaces: options.spaces.clone(), color_system: options.color_system.clone() }
+    lower::Settings {
+        spaces: options.spaces.clone(),
+        color_system: options.color_system.clone(),
+        unknown_noise_runs: options.unknown_noise_runs,
+    }
 }
 
 fn front(source: &str, options: &Options, includes: &dyn Includes, sources: &mut SourceMap) -> Front {

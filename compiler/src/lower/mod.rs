@@ -41,7 +41,12 @@ pub struct Settings {
     pub spaces: Vec<String>,
     /// What linear RGB is.
     pub color_system: ColorSystem,
+    /// Unknown kinds of noise are reported when the shader runs, as by the reference implementation; otherwise they are errors.
+    pub unknown_noise_runs: bool,
 }
+
+/// Stands in the formats of reports for `FILE:LINE` of the call: only who has the sources can tell it (the facade does).
+pub const PLACE: &str = "\u{1}place";
 
 /// Lowers a checked shader for a renderer with default settings.
 pub fn lower(checked: &Checked) -> Result<ir::Shader, Vec<Diagnostic>> {

@@ -4,7 +4,7 @@
 //! (`special`). It must not know what the kinds compute.
 
 use super::special::{Unknown, arg_values};
-use super::{Lower, ir_type};
+use super::{Lower, PLACE, ir_type};
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
 use crate::ir::{Const, Inst, Ty, ValueId};
@@ -72,6 +72,14 @@ impl Lower<'_> {
         let kinds: &[(&str, &str)] = if name == "noise" { &KINDS } else { &PERIODIC_KINDS };
         let names: Vec<&str> = kinds.iter().map(|k| k.0).collect();
         let (ty, span) = (ir_type(e.ty.base), e.span);
+        if let ExprKind::Str(unknown) = &kind.kind
+            && self.settings.unknown_noise_runs
+            && !names.contains(&unknown.as_str())
+        {
+            let name = self.constant(Const::Str(unknown.clone()), kind.span);
+            self.report_error(&format!("noise type \"%s\" is unknown, called from ({PLACE})"), &[name], span);
+            return self.zero_of(ty, span);
+        }
         let name_of_kind = self.name_of(kind);
         self.by_given("noise kind", &name_of_kind, &names, ty, Unknown::Refused, |l, i| {
             match i.map_or("", |i| kinds[i].1) {

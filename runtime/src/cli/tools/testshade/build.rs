@@ -28,6 +28,7 @@ impl Shaders {
         let folders = std::iter::once(PathBuf::new()).chain(folders).collect();
         let options = Options {
             spaces: grid::SPACES.map(str::to_owned).into(),
+            unknown_noise_runs: true,
             color_system: args.colorspace.as_deref().and_then(ColorSystem::by_name).unwrap_or_default(),
             ..Options::default()
         };
