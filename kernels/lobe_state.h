@@ -25,20 +25,25 @@ static inline void store_lobe(const Context *c, uint slot, const Lobe *l)
     path_set3(c, PATH_lobe_c0, slot, l->c0);
     path_set3(c, PATH_lobe_c1, slot, l->c1);
 #endif
-#ifdef PATH_lobe_c2
+#if defined(PATH_lobe_c2) && (defined(HAS_LOBE_GENERALIZED_SCHLICK) || defined(HAS_LOBE_CHIANG_HAIR))
     path_set3(c, PATH_lobe_c2, slot, l->c2);
     path_set3(c, PATH_lobe_c3, slot, l->c3);
 #endif
-#ifdef PATH_lobe_exponent
+#if defined(PATH_lobe_exponent) && defined(HAS_LOBE_GENERALIZED_SCHLICK)
     path_set(c, PATH_lobe_exponent, slot, l->exponent);
 #endif
-#ifdef PATH_lobe_c4
+#if defined(PATH_lobe_c4) && defined(HAS_LOBE_CHIANG_HAIR)
     path_set3(c, PATH_lobe_c4, slot, l->c4);
     path_set3(c, PATH_lobe_c5, slot, l->c5);
 #endif
 #ifdef PATH_lobe_film
+#ifdef HAS_LOBE_THIN_FILM
     path_set(c, PATH_lobe_film, slot, l->film);
     path_set(c, PATH_lobe_film_ior, slot, l->film_ior);
+#else
+    // This material has no films, others of the scene have.
+    path_set(c, PATH_lobe_film, slot, 0);
+#endif
 #endif
 }
 
@@ -67,18 +72,18 @@ static inline Lobe load_lobe(const Context *c, uint slot)
     l.c0 = path_get3(c, PATH_lobe_c0, slot);
     l.c1 = path_get3(c, PATH_lobe_c1, slot);
 #endif
-#ifdef PATH_lobe_c2
+#if defined(PATH_lobe_c2) && (defined(HAS_LOBE_GENERALIZED_SCHLICK) || defined(HAS_LOBE_CHIANG_HAIR))
     l.c2 = path_get3(c, PATH_lobe_c2, slot);
     l.c3 = path_get3(c, PATH_lobe_c3, slot);
 #endif
-#ifdef PATH_lobe_exponent
+#if defined(PATH_lobe_exponent) && defined(HAS_LOBE_GENERALIZED_SCHLICK)
     l.exponent = path_get(c, PATH_lobe_exponent, slot);
 #endif
-#ifdef PATH_lobe_c4
+#if defined(PATH_lobe_c4) && defined(HAS_LOBE_CHIANG_HAIR)
     l.c4 = path_get3(c, PATH_lobe_c4, slot);
     l.c5 = path_get3(c, PATH_lobe_c5, slot);
 #endif
-#ifdef PATH_lobe_film
+#if defined(PATH_lobe_film) && defined(HAS_LOBE_THIN_FILM)
     l.film = path_get(c, PATH_lobe_film, slot);
     l.film_ior = path_get(c, PATH_lobe_film_ior, slot);
 #endif

