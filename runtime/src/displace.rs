@@ -21,7 +21,7 @@ use oslcl_compiler::Artifact;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// Outputs of the grid function that [`apply`] takes, in this order.
+/// Outputs of the grid function that `apply` takes, in this order.
 pub const OUTPUTS: [&str; 2] = ["P", "N"];
 
 /// Reals per vertex that the kernel reads: VERTEX_REALS of kernels/stages/displace.cl.

@@ -89,7 +89,7 @@ pub struct Subimage {
     pub full: [i32; 4],
     /// Levels of detail, the finest first; at least one, each half of the one before.
     pub levels: Vec<Level>,
-    /// Texels across and down of a tile; `None`: the file has rows. Those count as tiles of [`AUTOTILE`], as in the reference.
+    /// Texels across and down of a tile; `None`: the file has rows. Those count as tiles of `AUTOTILE`, as in the reference.
     pub tile: Option<[u32; 2]>,
     /// What else the file says, by name.
     pub facts: Vec<(String, Info)>,
