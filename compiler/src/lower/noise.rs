@@ -67,6 +67,11 @@ impl Lower<'_> {
         };
         // Options start with the first string behind the coordinates.
         let split = args[1..].iter().position(|a| a.ty == Type::STRING).map_or(args.len(), |i| i + 1);
+        if let Some(odd) = odd_coordinate(&args[1..split], name == "pnoise") {
+            let message = "neither a coordinate nor the name of an optional argument";
+            self.error(Diagnostic::error("E2004", odd.span, message));
+            return self.zero_of(ir_type(e.ty.base), e.span);
+        }
         let coordinates: Vec<ValueId> = args[1..split].iter().map(|c| self.expr(c)).collect();
         let options = self.noise_options(kind, &args[split..], e.span);
         let kinds: &[(&str, &str)] = if name == "noise" { &KINDS } else { &PERIODIC_KINDS };
@@ -112,19 +117,19 @@ impl Lower<'_> {
                 self.error(Diagnostic::error("E2004", pair[0].span, message));
                 break;
             };
+            if name.ty != Type::STRING {
+                let message = "the name of an optional argument is expected here";
+                self.error(Diagnostic::error("E2004", name.span, message));
+                continue;
+            }
             let given = self.expr(value);
             // What other kinds do not read is not looked at.
             if !gabor {
                 continue;
             }
             let ExprKind::Str(text) = &name.kind else {
-                if name.ty != Type::STRING {
-                    let message = "the name of an optional argument is expected here";
-                    self.error(Diagnostic::error("E2004", name.span, message));
-                } else {
-                    let what = "the name of an optional argument that is no literal";
-                    self.error(Diagnostic::not_yet("E3005", name.span, what));
-                }
+                let what = "the name of an optional argument that is no literal";
+                self.error(Diagnostic::not_yet("E3005", name.span, what));
                 continue;
             };
             let Some(at) = OPTIONS.iter().position(|o| o == text) else {
@@ -175,4 +180,25 @@ impl Lower<'_> {
     fn difference(&mut self, row: &str, p: ValueId, span: Span) -> ValueId {
         self.internal(row, arg_values(&[p]), Ty::Triple, span)
     }
+}
+
+/// The first argument that is too much for coordinates: one or two floats, a point, or a point and a float; with periods of the
+/// same shape behind them. What follows the first coordinates of a call, its signature leaves open.
+fn odd_coordinate(coordinates: &[Expr], periodic: bool) -> Option<&Expr> {
+    let is_number = |a: &Expr| a.ty == Type::INT || a.ty == Type::FLOAT;
+    let is_point = |a: &Expr| a.ty.base.is_triple() && !a.ty.is_array();
+    // Of the arguments from `at` on, how many make one set of coordinates of at most `most`.
+    let set = |at: usize, most: usize| {
+        let first = coordinates.get(at).is_some_and(|a| is_number(a) || is_point(a));
+        let second = most > 1 && coordinates.get(at + 1).is_some_and(is_number);
+        usize::from(first) + usize::from(first && second)
+    };
+    let taken = if periodic {
+        let half = coordinates.len().div_ceil(2).min(2);
+        let first = set(0, half);
+        first + set(first, first)
+    } else {
+        set(0, 2)
+    };
+    coordinates.get(taken)
 }

@@ -3,7 +3,7 @@
 //! A name that is a literal is resolved here. One that only a parameter's value tells becomes a chain of comparisons, which
 //! specialisation and folding cut down to one branch.
 
-use super::place::{Place, Storage};
+use super::place::{Place, Storage, is_single};
 use super::spaces::Name;
 use super::{Lower, ir_type};
 use crate::check::typed::{Expr, ExprKind};
@@ -345,6 +345,16 @@ impl Lower<'_> {
                 call.extend([Arg::Value(self.expr(count)), Arg::Array(whole)]);
             }
             values => {
+                // The signature says nothing of the further knots.
+                let fits = |v: &Expr| {
+                    let number = matches!(v.ty.base, Base::Int | Base::Float);
+                    is_single(v.ty) && (number || ty == Ty::Triple && v.ty.base.is_triple())
+                };
+                if let Some(odd) = values.iter().find(|v| !fits(v)) {
+                    let message = format!("a knot of this {name} must be {}", e.ty.base.keyword());
+                    self.error(Diagnostic::error("E2003", odd.span, message));
+                    return None;
+                }
                 let values: Vec<ValueId> = values
                     .iter()
                     .map(|v| {
