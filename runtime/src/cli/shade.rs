@@ -3,14 +3,14 @@
 use super::args::{PrecisionArg, ShadeArgs};
 use super::sources::{self, Folders};
 use super::{Error, params, report, terminal};
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
 use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
-use oslcl_runtime::files::{self, Output};
+use oslcl_runtime::files;
+use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::shade::{self, Grid, Kind, Message, Plane, Shaded};
 use oslcl_runtime::textures::{self, Library};
-use std::io::{self, Cursor, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -76,8 +76,13 @@ fn deliver(shaded: &Shaded, wanted: Vec<(String, PathBuf)>, precision: Precision
     let mut pictures = Vec::new();
     for (name, path) in wanted {
         let Some(plane) = planes.iter().find(|p| p.name == name) else { continue };
-        let bytes = encode(plane).map_err(|e| files::Error { path: path.clone(), cause: e.into() })?;
-        pictures.push(Output { path, bytes });
+        let raster = Raster {
+            width: plane.grid.width as usize,
+            height: plane.grid.height as usize,
+            channels: plane.channels as usize,
+            data: plane.data.iter().map(|v| *v as f32).collect(),
+        };
+        pictures.push(raster::encode(&path, &raster, Depth::Float)?);
     }
     Ok(files::replace(&pictures)?)
 }
@@ -131,29 +136,4 @@ fn print(out: &mut dyn Write, planes: &[Plane], precision: Precision) -> io::Res
         }
     }
     Ok(())
-}
-
-/// A picture of 32-bit floats, first row on top.
-fn encode(plane: &Plane) -> io::Result<Vec<u8>> {
-    let count = plane.channels as usize;
-    let list = channel_names(count).into_iter().enumerate().map(|(i, name)| {
-        let samples = plane.data.iter().skip(i).step_by(count).map(|v| *v as f32).collect();
-        AnyChannel::new(name.as_str(), FlatSamples::F32(samples))
-    });
-    let image = Image::from_channels(
-        (plane.grid.width as usize, plane.grid.height as usize),
-        AnyChannels::sort(list.collect()),
-    );
-    let mut bytes = Vec::new();
-    image.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| io::Error::other(e.to_string()))?;
-    Ok(bytes)
-}
-
-/// What viewers expect: Y, or R G B; otherwise numbers of one width, since channels are sorted by name.
-fn channel_names(count: usize) -> Vec<String> {
-    match count {
-        1 => vec!["Y".to_owned()],
-        3 => ["R", "G", "B"].map(str::to_owned).to_vec(),
-        n => (0..n).map(|i| format!("c{i:05}")).collect(),
-    }
 }

@@ -28,6 +28,7 @@ mod arrays;
 mod entry;
 mod headers;
 mod inputs;
+mod inst;
 mod literal;
 pub(crate) mod lobes;
 mod names;
