@@ -40,7 +40,7 @@ pub fn write(path: &Path, raster: &Raster, depth: Depth) -> Result<(), Error> {
     Ok(files::replace(&[encode(path, raster, depth)?])?)
 }
 
-/// What [`write`] writes, for those who replace several files at once.
+/// What [`write()`] writes, for those who replace several files at once.
 pub fn encode(path: &Path, raster: &Raster, depth: Depth) -> Result<files::Output, Error> {
     let Raster { width, height, channels, .. } = *raster;
     let wanted = width.checked_mul(height).and_then(|n| n.checked_mul(channels));
@@ -237,8 +237,8 @@ mod tests {
                 ("a.exr", Depth::Half, 5e-4),
                 ("a.tif", Depth::Float, 0.0),
                 ("a.tif", Depth::U8, 2e-3),
-                // Colour and alpha are rounded on their own.
-                ("a.png", Depth::U8, if channels == 4 { 4e-3 } else { 2e-3 }),
+                // Colour, alpha and, when read, their product are rounded, each by half of 1/255.
+                ("a.png", Depth::U8, if channels == 4 { 6e-3 } else { 2e-3 }),
             ] {
                 let path = folder.join(name);
                 write(&path, &raster, depth).expect("written");
