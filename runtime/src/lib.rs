@@ -3,6 +3,7 @@
 #![deny(unsafe_op_in_unsafe_fn)]
 
 pub mod accel;
+pub mod accuracy;
 pub mod assemble;
 mod attributes;
 pub mod device;
