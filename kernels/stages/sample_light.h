@@ -28,7 +28,7 @@ static inline int stage_sample_light(const Context *c, uint slot)
     real3 L = path_get3(c, PATH_beta, slot) * f * s.radiance * (mis_weight(s.pdf, pdf) / s.pdf);
     path_set3(c, PATH_shadow_o, slot, above ? P + offset : P - offset);
     path_set3(c, PATH_shadow_d, slot, s.wi);
-    path_set(c, PATH_shadow_t, slot, s.distance * (real)(1 - 1e-4));
+    path_set(c, PATH_shadow_t, slot, shadow_length(&s, offset));
     path_set3(c, PATH_shadow_L, slot, L);
 #ifdef HAS_SHADED_LIGHTS
     path_set_uint(c, PATHU_light, slot, s.light);
