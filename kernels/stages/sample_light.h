@@ -12,11 +12,11 @@ static inline int stage_sample_light(const Context *c, uint slot)
     Lobe lobe = load_lobe(c, slot);
     if (bsdf_is_delta(&lobe)) return QUEUE_NONE;
     const uint depth = path_get_uint(c, PATHU_depth, slot);
-    real4 u = random4(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_LIGHT(depth),
-                      setting(c, SETTING_seed));
+    uint4 bits = random_bits(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_LIGHT(depth),
+                             setting(c, SETTING_seed));
     real3 P = path_get3(c, PATH_point, slot);
     LightSample s;
-    if (!sample_lights(c, P, u, &s)) return QUEUE_NONE;
+    if (!sample_lights(c, P, bits, &s)) return QUEUE_NONE;
     real3 wo = -path_get3(c, PATH_ray_d, slot);
     real pdf;
     real3 f = bsdf_eval(&lobe, wo, s.wi, &pdf);

@@ -6,6 +6,7 @@
 //! `cargo test` runs a fast part on the first device; OSLCL_SLOW_TESTS=1 (`make hard-cases`) runs all on every device.
 
 pub mod meshes;
+pub mod numbers;
 pub mod pictures;
 pub mod rays;
 pub mod report;
