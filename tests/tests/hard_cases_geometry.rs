@@ -109,7 +109,7 @@ fn rays_that_start_on_a_surface_neither_meet_it_nor_fall_through() {
         for (k, p) in closed().iter().enumerate() {
             let target =
                 Target::new(run, &p.mesh, p.place, p.camera, p.instanced).unwrap_or_else(|e| panic!("{}: {e}", p.name));
-            let leaves = target.leave(run.count(100_000, 4_000_000), 1e-6, 201 + k as u32).expect("rays are shot");
+            let leaves = target.leave(run.count(100_000, 1_000_000), 1e-6, 201 + k as u32).expect("rays are shot");
             assert!(leaves.pairs > 50_000, "{}: {} pairs", p.name, leaves.pairs);
             ledger.at_most(&format!("{}: rays off the surface that meet it", p.name), f64::from(leaves.self_hits), 0.0);
             let share = f64::from(leaves.leaks) / f64::from(leaves.pairs);
