@@ -10,7 +10,7 @@ use oslcl_compiler::{
     Artifact, Binding, Entry, Failure, Group, Includes, Master, Options, ParseError, TextError, compile,
 };
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -200,20 +200,20 @@ fn compile_one(
         ..Options::default()
     };
     if material.group {
-        return of_group(material, options);
+        return of_group(material, &scene.shaders, options);
     }
     compile(&material.source, &options, &Beside)
 }
 
-/// A group's shaders are files beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
+/// A group's shaders are files in `folders` or beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
 /// `layer.param`, or `param` for one of the last layer.
-fn of_group(material: &Material, mut options: Options) -> Result<oslcl_compiler::Output, Failure> {
+fn of_group(material: &Material, folders: &[PathBuf], mut options: Options) -> Result<oslcl_compiler::Output, Failure> {
     let told = |d: Diagnostic| Failure { diagnostics: vec![d], sources: Arc::default() };
-    let folder = material.path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let folders = [folder];
+    let beside = material.path.parent().unwrap_or(Path::new(""));
+    let folders: Vec<PathBuf> = folders.iter().cloned().chain([beside.to_path_buf()]).collect();
     let mut find = |name: &str| {
         let found = crate::shader_file::find(name, &folders);
-        let file = found.unwrap_or_else(|| folders[0].join(format!("{name}.osl")));
+        let file = found.unwrap_or_else(|| beside.join(format!("{name}.osl")));
         let source = match std::fs::read_to_string(&file) {
             Ok(text) => text,
             Err(cause) => match crate::scene::shipped(name) {

@@ -3,7 +3,7 @@
 //! In: a scene and its materials' artifacts. Out: [`Decision`]s. Pure: it must not know devices.
 
 use crate::accel;
-use crate::scene::Scene;
+use crate::scene::{Filter, Scene};
 use oslcl_compiler::attributes::asked;
 use oslcl_compiler::{Artifact, Radiance};
 
@@ -39,6 +39,8 @@ macro_rules! effects {
 effects! {
     Surfaces: "surfaces", "surfaces that rays can meet";
     ThinLens: "thin_lens", "depth of field of a thin lens";
+    TentFilter: "tent_filter", "samples weighted by a tent around the middle of their pixel";
+    MiddleFilter: "middle_filter", "samples of the middles of pixels only";
     Lights: "lights", "emissive surfaces, sampled directly";
     VaryingLights: "varying_lights", "emission that differs from point to point: light rays ask the shader";
     Environment: "environment", "light from outside the scene";
@@ -127,6 +129,11 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool
     environment(scene, materials, &mut ask);
     if scene.camera.lens_radius > 0.0 {
         ask(ThinLens, format!("camera: lens_radius = {}", scene.camera.lens_radius));
+    }
+    match scene.filter {
+        Filter::Box => {}
+        Filter::Tent => ask(TentFilter, "filter = tent".into()),
+        Filter::Middle => ask(MiddleFilter, "filter = middle".into()),
     }
     if let Some(bounce) = scene.integrator.roulette_from {
         ask(Roulette, format!("integrator: roulette = {bounce}"));

@@ -15,6 +15,7 @@ pub mod shapes;
 mod shipped;
 mod transform;
 mod value;
+pub mod xml;
 
 pub use error::{Error, Location, MeshFile};
 pub use file::{load, parse};
@@ -41,8 +42,12 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// The material whose shader gives the radiance of rays that leave the scene; black without one.
     pub environment: Option<MaterialId>,
+    /// How a pixel is made of the samples around its middle.
+    pub filter: Filter,
     /// Folders that textures are looked for in, in order; then names are taken as they are.
     pub textures: Vec<PathBuf>,
+    /// Folders that the shaders of groups are looked for in, in order; then beside the group's own file.
+    pub shaders: Vec<PathBuf>,
     /// What `getattribute` finds anywhere, also as those of the object `global`.
     pub attributes: Attributes,
 }
@@ -82,6 +87,18 @@ pub struct Film {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+}
+
+/// The weight of samples around the middle of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// All of the pixel counts alike.
+    #[default]
+    Box,
+    /// Falls off linearly from the middle to those of the pixels around, in x and in y.
+    Tent,
+    /// The middle alone: edges are jagged.
+    Middle,
 }
 
 /// How paths are traced.
