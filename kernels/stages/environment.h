@@ -31,6 +31,9 @@ static inline int stage_environment(const Context *c, uint slot)
 #ifdef HAS_DERIVATIVES
     footprint_direction(c, slot, d, &sg);
 #endif
+#ifdef PATHU_raytype
+    sg.raytype = path_get_uint(c, PATHU_raytype, slot);
+#endif
 #ifdef HAS_USERDATA
     // Nothing is there. By bytes: some slots are ints, which a store of reals need not reach.
     real userdata[HAS_USERDATA];

@@ -41,6 +41,7 @@ effects! {
     ThinLens: "thin_lens", "depth of field of a thin lens";
     TentFilter: "tent_filter", "samples weighted by a tent around the middle of their pixel";
     MiddleFilter: "middle_filter", "samples of the middles of pixels only";
+    TwoSidedEmission: "two_sided_emission", "surfaces that emit on both sides";
     Lights: "lights", "emissive surfaces, sampled directly";
     VaryingLights: "varying_lights", "emission that differs from point to point: light rays ask the shader";
     Environment: "environment", "light from outside the scene";
@@ -179,6 +180,9 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
                 ask(effect, who.clone());
             }
         }
+        if artifact.emission != Radiance::None && scene.conventions.two_sided_emission {
+            ask(TwoSidedEmission, who.clone());
+        }
         match artifact.emission {
             Radiance::None => {}
             Radiance::Constant(_) => ask(Lights, who.clone()),
@@ -266,6 +270,9 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             if code.state.camera_space {
                 ask(CameraSpace, who.clone());
             }
+            if code.state.raytype {
+                ask(RayType, who.clone());
+            }
             if !code.sites.is_empty() {
                 ask(Messages, who.clone());
             }
@@ -276,7 +283,8 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             inputs(code, &who, ask);
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());
-            if !scene.instances.is_empty() {
+            // What depends on how rays came there can't be tabulated by direction alone.
+            if !scene.instances.is_empty() && !code.state.raytype {
                 ask(EnvironmentSampling, who);
             }
         }

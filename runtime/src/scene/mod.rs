@@ -42,6 +42,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// The material whose shader gives the radiance of rays that leave the scene; black without one.
     pub environment: Option<MaterialId>,
+    /// Where renderers differ.
+    pub conventions: Conventions,
     /// How a pixel is made of the samples around its middle.
     pub filter: Filter,
     /// Folders that textures are looked for in, in order; then names are taken as they are.
@@ -87,6 +89,15 @@ pub struct Film {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+}
+
+/// What renderers do not agree on. The default is ours; what `testrender` does, that of the reference implementation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Conventions {
+    /// Surfaces emit on both sides, not on the front side alone.
+    pub two_sided_emission: bool,
+    /// Values in a group's text for parameters that a shader does not have are left out with a warning; otherwise they are errors.
+    pub unknown_params_warn: bool,
 }
 
 /// The weight of samples around the middle of a pixel.

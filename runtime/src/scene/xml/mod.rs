@@ -8,7 +8,7 @@ mod node;
 
 use super::error::{Error, Location, MeshFile};
 use super::value::Text;
-use super::{Camera, Film, Filter, Integrator, Material, MaterialId, Mesh, Scene, geometry, obj, shapes};
+use super::{Camera, Conventions, Film, Filter, Integrator, Material, MaterialId, Mesh, Scene, geometry, obj, shapes};
 use glam::{DAffine3, DVec3};
 use node::Element;
 use std::collections::HashMap;
@@ -63,6 +63,7 @@ pub fn parse(source: &str, path: &Path, film: Film, integrator: Integrator) -> R
     };
     builder.scene.integrator = integrator;
     builder.scene.filter = Filter::Tent;
+    builder.scene.conventions = Conventions { two_sided_emission: true, unknown_params_warn: true };
     for element in root.children() {
         builder.element(&element)?;
     }
