@@ -284,7 +284,8 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());
             // What depends on how rays came there can't be tabulated by direction alone.
-            if !scene.instances.is_empty() && !code.state.raytype {
+            let tabulated = !code.state.raytype || scene.conventions.tabulated_environment;
+            if !scene.instances.is_empty() && tabulated {
                 ask(EnvironmentSampling, who);
             }
         }

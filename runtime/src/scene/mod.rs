@@ -96,6 +96,8 @@ pub struct Film {
 pub struct Conventions {
     /// Surfaces emit on both sides, not on the front side alone.
     pub two_sided_emission: bool,
+    /// The environment is sampled directly even if its shader asks for the type of rays; only rays of the camera have one then.
+    pub tabulated_environment: bool,
     /// Values in a group's text for parameters that a shader does not have are left out with a warning; otherwise they are errors.
     pub unknown_params_warn: bool,
 }

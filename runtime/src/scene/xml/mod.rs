@@ -63,7 +63,8 @@ pub fn parse(source: &str, path: &Path, film: Film, integrator: Integrator) -> R
     };
     builder.scene.integrator = integrator;
     builder.scene.filter = Filter::Tent;
-    builder.scene.conventions = Conventions { two_sided_emission: true, unknown_params_warn: true };
+    builder.scene.conventions =
+        Conventions { two_sided_emission: true, tabulated_environment: true, unknown_params_warn: true };
     for element in root.children() {
         builder.element(&element)?;
     }
@@ -112,8 +113,9 @@ impl Builder<'_> {
             "Model" => self.model(element)?,
             "Background" => {
                 self.knows(element, &["resolution"]);
-                // How finely the reference's renderer tabulates it. Ours decides that itself.
-                element.whole("resolution", 0, 0, u32::MAX)?;
+                // How finely the reference's renderer tabulates it; 0: not at all. Ours decides itself how finely.
+                let resolution = element.whole("resolution", 1024, 0, 1 << 15)?;
+                self.scene.conventions.tabulated_environment = resolution > 0;
                 self.scene.environment = Some(self.latest(element)?);
             }
             name => self.warnings.push(element.unknown_element(name, &KNOWN)),
