@@ -36,7 +36,8 @@ static inline int diffuse_sample(const Lobe *l, real3 wo, real3 u, real3 *wi, re
 {
     if (!(dot(l->N, wo) > 0)) return 0;
     Frame frame = frame_from_normal(l->N);
-    real3 local_wi = sample_cosine(u.x, u.y);
+    // The disk's axes in the order of the reference's renderer: with its random numbers, the same directions.
+    real3 local_wi = sample_cosine(u.x, u.y).yxz;
     if (!(local_wi.z > 0)) return 0;
     *wi = to_world(&frame, local_wi);
     *value = (real3)(1);

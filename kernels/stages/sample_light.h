@@ -5,15 +5,14 @@
 #include "bsdf/bsdf.h"
 #include "lights.h"
 #include "lobe_state.h"
-#include "random.h"
+#include "path_random.h"
 
 static inline int stage_sample_light(const Context *c, uint slot)
 {
     Lobe lobe = load_lobe(c, slot);
     if (bsdf_is_delta(&lobe)) return QUEUE_NONE;
     const uint depth = path_get_uint(c, PATHU_depth, slot);
-    real4 u = random4(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_LIGHT(depth),
-                      setting(c, SETTING_seed));
+    real4 u = path_random(c, slot, BLOCK_LIGHT(depth));
     real3 P = path_get3(c, PATH_point, slot);
     LightSample s;
     if (!sample_lights(c, P, u, &s)) return QUEUE_NONE;

@@ -6,7 +6,7 @@
 #include "footprint.h"
 #include "globals.h"
 #include "lobe_state.h"
-#include "random.h"
+#include "path_random.h"
 
 #ifdef PATHU_raytype
 // OSL's names for rays (specification ch. 7, raytype). What passes straight on keeps its type.
@@ -22,8 +22,7 @@ static inline int stage_sample_next(const Context *c, uint slot)
 {
     Lobe lobe = load_lobe(c, slot);
     const uint depth = path_get_uint(c, PATHU_depth, slot);
-    real4 u = random4(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_BSDF(depth),
-                      setting(c, SETTING_seed));
+    real4 u = path_random(c, slot, BLOCK_BSDF(depth));
     real3 wo = -path_get3(c, PATH_ray_d, slot);
     real3 wi, value;
     real pdf;

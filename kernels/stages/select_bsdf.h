@@ -5,7 +5,7 @@
 
 #include "lights.h"
 #include "lobe_state.h"
-#include "random.h"
+#include "path_random.h"
 #include "surface.h"
 
 static inline int stage_select_bsdf(const Context *c, uint slot)
@@ -33,8 +33,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     sg.userdata = userdata;
 #endif
     const uint depth = path_get_uint(c, PATHU_depth, slot);
-    real4 u = random4(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_LIGHT(depth),
-                      setting(c, SETTING_seed));
+    real4 u = path_random(c, slot, BLOCK_LIGHT(depth));
     ShadeResult result;
     MATERIAL_ENTRY(&sg, u.w, &result);
     real3 beta = path_get3(c, PATH_beta, slot);

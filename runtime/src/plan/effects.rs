@@ -3,7 +3,7 @@
 //! In: a scene and its materials' artifacts. Out: [`Decision`]s. Pure: it must not know devices.
 
 use crate::accel;
-use crate::scene::{Filter, Scene};
+use crate::scene::{Filter, Sampler, Scene};
 use oslcl_compiler::attributes::asked;
 use oslcl_compiler::{Artifact, Radiance};
 
@@ -47,6 +47,7 @@ effects! {
     Environment: "environment", "light from outside the scene";
     VaryingEnvironment: "varying_environment", "environment that differs by direction: paths ask the shader";
     EnvironmentSampling: "environment_sampling", "environment sampled directly, by a map of its radiance";
+    Sobol: "sobol", "samples of a pixel that lie evenly";
     Roulette: "roulette", "Russian roulette";
     Instances: "instances", "meshes that are placed more than once: a second level of the tree";
     Displacement: "displacement", "vertices moved by shaders before anything is built";
@@ -130,6 +131,9 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool
     environment(scene, materials, &mut ask);
     if scene.camera.lens_radius > 0.0 {
         ask(ThinLens, format!("camera: lens_radius = {}", scene.camera.lens_radius));
+    }
+    if scene.sampler == Sampler::Sobol {
+        ask(Sobol, "sampler = sobol".into());
     }
     match scene.filter {
         Filter::Box => {}

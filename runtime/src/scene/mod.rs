@@ -46,6 +46,8 @@ pub struct Scene {
     pub conventions: Conventions,
     /// How a pixel is made of the samples around its middle.
     pub filter: Filter,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
     /// Folders that textures are looked for in, in order; then names are taken as they are.
     pub textures: Vec<PathBuf>,
     /// Folders that the shaders of groups are looked for in, in order; then beside the group's own file.
@@ -112,6 +114,16 @@ pub enum Filter {
     Tent,
     /// The middle alone: edges are jagged.
     Middle,
+}
+
+/// Random numbers of the samples of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampler {
+    /// Each is drawn on its own.
+    #[default]
+    Independent,
+    /// Sobol's points, scrambled after Owen: the samples of a pixel lie evenly.
+    Sobol,
 }
 
 /// How paths are traced.

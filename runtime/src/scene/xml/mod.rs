@@ -8,7 +8,9 @@ mod node;
 
 use super::error::{Error, Location, MeshFile};
 use super::value::Text;
-use super::{Camera, Conventions, Film, Filter, Integrator, Material, MaterialId, Mesh, Scene, geometry, obj, shapes};
+use super::{
+    Camera, Conventions, Film, Filter, Integrator, Material, MaterialId, Mesh, Sampler, Scene, geometry, obj, shapes,
+};
 use glam::{DAffine3, DVec3};
 use node::Element;
 use std::collections::HashMap;
@@ -63,6 +65,7 @@ pub fn parse(source: &str, path: &Path, film: Film, integrator: Integrator) -> R
     };
     builder.scene.integrator = integrator;
     builder.scene.filter = Filter::Tent;
+    builder.scene.sampler = Sampler::Sobol;
     builder.scene.conventions =
         Conventions { two_sided_emission: true, tabulated_environment: true, unknown_params_warn: true };
     for element in root.children() {
