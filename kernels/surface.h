@@ -87,7 +87,9 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     __global const uint *corner = c->corners + 4 * (size_t)c->triangle_ids[triangle];
     s.shape = shape_of(c, triangle, instance);
     s.P = v0 + e1 * u + e2 * v;
-    real3 Ng = safe_normalize(cross(e1, e2));
+    // From the corner's side, and 0 - e instead of -e: zeros get the signs of the reference's, on which the frame around an
+    // axis-parallel normal depends.
+    real3 Ng = safe_normalize(cross((real3)(0) - e1, (real3)(0) - e2));
     real3 N = Ng;
     const uint flags = shape_word(c, s.shape, SHAPE_FLAGS);
 #ifdef HAS_NORMALS

@@ -25,7 +25,14 @@ static inline int stage_sample_light(const Context *c, uint slot)
     int above = dot(s.wi, offset) > 0;
     if (above != (dot(s.wi, lobe.N) > 0)) return QUEUE_NONE;
     real3 L = path_get3(c, PATH_beta, slot) * f * s.radiance * (mis_weight(s.pdf, pdf) / s.pdf);
-    path_set3(c, PATH_shadow_o, slot, above ? P + offset : P - offset);
+    if (!above) offset = -offset;
+    // From where the ray starts: by the light's distance from P it would end behind a light that is near.
+    if (s.distance < REAL_MAX) {
+        s.wi = s.wi * s.distance - offset;
+        s.distance = length(s.wi);
+        s.wi /= s.distance;
+    }
+    path_set3(c, PATH_shadow_o, slot, P + offset);
     path_set3(c, PATH_shadow_d, slot, s.wi);
     path_set(c, PATH_shadow_t, slot, s.distance * (real)(1 - 1e-4));
     path_set3(c, PATH_shadow_L, slot, L);

@@ -23,6 +23,9 @@ static inline int stage_sample_next(const Context *c, uint slot)
     Lobe lobe = load_lobe(c, slot);
     const uint depth = path_get_uint(c, PATHU_depth, slot);
     real4 u = path_random(c, slot, BLOCK_BSDF(depth));
+#ifdef HAS_SOBOL
+    u.x = fmin(path_get(c, PATH_rest, slot), (real)ONE_MINUS_EPSILON);
+#endif
     real3 wo = -path_get3(c, PATH_ray_d, slot);
     real3 wi, value;
     real pdf;

@@ -35,6 +35,11 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     const uint depth = path_get_uint(c, PATHU_depth, slot);
     real4 u = path_random(c, slot, BLOCK_LIGHT(depth));
     ShadeResult result;
+#ifdef HAS_SOBOL
+    // Two lobes share the cube's first side from the left on, as in the reference's renderer; lobe_offer fills it from the right.
+    u.w = fmin(1 - u.x, (real)ONE_MINUS_EPSILON);
+    result.rest = u.w;
+#endif
     MATERIAL_ENTRY(&sg, u.w, &result);
     real3 beta = path_get3(c, PATH_beta, slot);
 #ifdef MATERIAL_EMITS
@@ -63,6 +68,9 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     path_set3(c, PATH_point, slot, point.P);
     path_set3(c, PATH_offset, slot, point.offset);
     store_lobe(c, slot, &result.lobe);
+#ifdef HAS_SOBOL
+    path_set(c, PATH_rest, slot, 1 - result.rest);
+#endif
     return QUEUE_scatter;
 }
 

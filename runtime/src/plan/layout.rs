@@ -75,6 +75,7 @@ const REALS: &[Field] = &[
     field("cone_spread", 1, &[Derivatives]),
     field("light_u", 1, &[VaryingLights]),
     field("light_v", 1, &[VaryingLights]),
+    field("rest", 1, &[Sobol]),
 ];
 
 /// Fields of unsigned ints.
