@@ -118,14 +118,18 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     }
 #endif
     sg->backfacing = dot(I, Ng) > 0;
+#ifndef HAS_TRUSTED_NORMALS
     if (dot(N, Ng) < 0) N = -N;
+#endif
     if (sg->backfacing) {
         Ng = -Ng;
         N = -N;
     }
+#ifndef HAS_TRUSTED_NORMALS
     // An interpolated normal that the viewer would see from below is bent back to the horizon.
     real below = dot(N, I) + (real)1e-4;
     if (below > 0) N = safe_normalize(N - I * below);
+#endif
     s.offset = Ng * (max_component(extent) * (16 * REAL_EPSILON));
     sg->P = s.P + constant_real3(c, CONSTANT_camera_position);
     sg->I = I;

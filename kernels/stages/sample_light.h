@@ -20,10 +20,15 @@ static inline int stage_sample_light(const Context *c, uint slot)
     real pdf;
     real3 f = bsdf_eval(&lobe, wo, s.wi, &pdf);
     if (is_zero3(f)) return QUEUE_NONE;
+#ifdef HAS_SOBOL
+    pdf *= path_get(c, PATH_survive, slot);
+#endif
     // A lobe around a bent normal must not carry light through the surface.
     real3 offset = path_get3(c, PATH_offset, slot);
     int above = dot(s.wi, offset) > 0;
+#ifndef HAS_TRUSTED_NORMALS
     if (above != (dot(s.wi, lobe.N) > 0)) return QUEUE_NONE;
+#endif
     real3 L = path_get3(c, PATH_beta, slot) * f * s.radiance * (mis_weight(s.pdf, pdf) / s.pdf);
     if (!above) offset = -offset;
     // From where the ray starts: by the light's distance from P it would end behind a light that is near.

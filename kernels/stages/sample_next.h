@@ -24,7 +24,10 @@ static inline int stage_sample_next(const Context *c, uint slot)
     const uint depth = path_get_uint(c, PATHU_depth, slot);
     real4 u = path_random(c, slot, BLOCK_BSDF(depth));
 #ifdef HAS_SOBOL
-    u.x = fmin(path_get(c, PATH_rest, slot), (real)ONE_MINUS_EPSILON);
+    u.x = path_get(c, PATH_rest, slot);
+    if (!(u.x < 1)) return QUEUE_done;
+    u.x = fmin(u.x, (real)ONE_MINUS_EPSILON);
+    const real survive = path_get(c, PATH_survive, slot);
 #endif
     real3 wo = -path_get3(c, PATH_ray_d, slot);
     real3 wi, value;
@@ -34,9 +37,14 @@ static inline int stage_sample_next(const Context *c, uint slot)
     real3 offset = path_get3(c, PATH_offset, slot);
     int above = dot(wi, offset) > 0;
     // As in sample_light: no light through the surface by a bent normal.
+#ifndef HAS_TRUSTED_NORMALS
     if (above != ((bits & SAMPLE_REFLECT) != 0)) return QUEUE_done;
+#endif
     real3 beta = path_get3(c, PATH_beta, slot) * value;
-#ifdef HAS_ROULETTE
+#ifdef HAS_SOBOL
+    beta /= survive;
+    pdf *= survive;
+#elif defined(HAS_ROULETTE)
     if (depth >= setting(c, SETTING_roulette_from)) {
         real survive = min(max_component(beta), (real)0.95);
         if (!(u.w < survive)) return QUEUE_done;

@@ -1,4 +1,4 @@
-//! The table of lights: emissive triangles, chosen in proportion to their power.
+//! The table of lights: emissive triangles, chosen in proportion to their power, or all alike.
 //!
 //! In: triangles and what they emit. Out: arrays as kernels/lights.h reads them.
 
@@ -38,6 +38,8 @@ pub struct Lights {
     areas: Vec<f64>,
     numbers: Vec<u32>,
     materials: Vec<MaterialId>,
+    /// All alike, whatever their power.
+    pub(super) uniform: bool,
 }
 
 impl Lights {
@@ -104,10 +106,13 @@ impl Lights {
         self.reals.chunks(LIGHT_REALS).map(|light| light[RADIANCE..][..3].iter().sum::<f64>() / 3.0).collect()
     }
 
-    /// Makes the choice proportional to radiance times area. `radiance`: the mean of the channels per light.
+    /// Makes the choice proportional to radiance times area, unless all count alike. `radiance`: the mean of the channels per light.
     pub fn choose(&mut self, radiance: &[f64]) {
         let usable = |x: f64| if x.is_finite() && x > 0.0 { x } else { 0.0 };
-        let power: Vec<f64> = self.areas.iter().zip(radiance).map(|(a, r)| usable(a * usable(*r))).collect();
+        let power: Vec<f64> = match self.uniform {
+            true => self.areas.iter().map(|a| if *a > 0.0 { 1.0 } else { 0.0 }).collect(),
+            false => self.areas.iter().zip(radiance).map(|(a, r)| usable(a * usable(*r))).collect(),
+        };
         let table = AliasTable::new(&power);
         for (i, area) in self.areas.iter().enumerate() {
             let light = &mut self.reals[LIGHT_REALS * i..][..LIGHT_REALS];

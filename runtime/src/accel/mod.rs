@@ -122,6 +122,7 @@ pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error
     builder.shapes();
     builder.place(&uses)?;
     let mut geometry = builder.out;
+    geometry.lights.uniform = scene.conventions.uniform_lights;
     geometry.lights.finish(&geometry.triangle_ids);
     tracing::info!(triangles = geometry.triangle_count(), nodes = geometry.nodes.len() / 16, "geometry built");
     Ok(geometry)

@@ -52,6 +52,7 @@ effects! {
     Instances: "instances", "meshes that are placed more than once: a second level of the tree";
     Displacement: "displacement", "vertices moved by shaders before anything is built";
     Normals: "normals", "interpolated shading normals";
+    TrustedNormals: "trusted_normals", "directions may lie below the surface that shading normals are for";
     Uvs: "uvs", "texture coordinates";
     Tangents: "tangents", "dPdu and dPdv";
     Derivatives: "derivatives", "footprints of pixels: Dx(), filterwidth(), filtered textures";
@@ -162,6 +163,9 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             ask(Normals, format!("mesh `{}`", mesh.name));
         }
     }
+    if scene.conventions.trusted_normals && !scene.instances.is_empty() {
+        ask(TrustedNormals, "convention".into());
+    }
     if !scene.instances.is_empty() {
         ask(Surfaces, format!("{} placed meshes", scene.instances.len()));
     }
@@ -188,6 +192,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             ask(TwoSidedEmission, who.clone());
         }
         match artifact.emission {
+            _ if !scene.materials[index].sampled_light => {}
             Radiance::None => {}
             Radiance::Constant(_) => ask(Lights, who.clone()),
             Radiance::Varying => {

@@ -76,6 +76,7 @@ const REALS: &[Field] = &[
     field("light_u", 1, &[VaryingLights]),
     field("light_v", 1, &[VaryingLights]),
     field("rest", 1, &[Sobol]),
+    field("survive", 1, &[Sobol]),
 ];
 
 /// Fields of unsigned ints.

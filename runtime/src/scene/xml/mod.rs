@@ -66,8 +66,13 @@ pub fn parse(source: &str, path: &Path, film: Film, integrator: Integrator) -> R
     builder.scene.integrator = integrator;
     builder.scene.filter = Filter::Tent;
     builder.scene.sampler = Sampler::Sobol;
-    builder.scene.conventions =
-        Conventions { two_sided_emission: true, tabulated_environment: true, unknown_params_warn: true };
+    builder.scene.conventions = Conventions {
+        two_sided_emission: true,
+        trusted_normals: true,
+        uniform_lights: true,
+        tabulated_environment: true,
+        unknown_params_warn: true,
+    };
     for element in root.children() {
         builder.element(&element)?;
     }
@@ -169,7 +174,8 @@ impl Builder<'_> {
             None => format!("group at line {}", element.at().line),
         };
         let path = element.at().file;
-        let material = Material { group: true, ..Material::new(&label, path, source) };
+        let sampled_light = element.get("is_light").is_some_and(|v| matches!(v.text, "1" | "on" | "yes"));
+        let material = Material { group: true, sampled_light, ..Material::new(&label, path, source) };
         let known = name.and_then(|name| self.named.get(name).copied());
         let kind = element.get("type").map_or("surface", |v| v.text);
         match (known, kind) {
@@ -179,8 +185,8 @@ impl Builder<'_> {
                 self.scene.materials[id.0 as usize].displacement = Some(displacement);
             }
             (Some(id), "surface") => {
-                let displacement = self.scene.materials[id.0 as usize].displacement;
-                self.scene.materials[id.0 as usize] = Material { displacement, ..material };
+                let Material { displacement, sampled_light, .. } = self.scene.materials[id.0 as usize];
+                self.scene.materials[id.0 as usize] = Material { displacement, sampled_light, ..material };
             }
             (Some(_), kind) => {
                 let cause = format!("a group of type \"{kind}\" cannot be added to the material `{label}`");
