@@ -12,6 +12,7 @@ pub mod files;
 pub mod film;
 pub mod grid;
 pub mod materials;
+pub mod measure;
 pub mod plan;
 mod preamble;
 pub mod precision;

@@ -379,7 +379,7 @@ fn pictures_of_both_kinds_and_every_precision_agree() {
     assert!(at.read("p.png").starts_with(b"\x89PNG\r\n"));
     let run = at.oslcl(&["compare", "standard.exr", "standard.exr"]);
     succeeds(&run);
-    assert!(run.out.contains("relative MSE  0.000000"), "{}", run.out);
+    assert!(run.out.contains("relative MSE  0.000000") && run.out.contains("FLIP          0.000000"), "{}", run.out);
 }
 
 #[test]
