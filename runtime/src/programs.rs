@@ -82,7 +82,7 @@ type Named = ((Stage, Option<MaterialId>), Kernel);
 fn build_one(device: &Device, plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<Vec<Named>, Error> {
     let _span = tracing::debug_span!("build", program = program.label).entered();
     let text = source(plan, program, paths)?;
-    let built = Program::build(device, &program.label, &text, plan.precision.build_options())?;
+    let built = Program::build(device, &program.label, &text, plan.choices.precision.build_options())?;
     let mut out = Vec::new();
     for &stage in &program.stages {
         out.push(((stage, program.material), built.kernel(device, stage.name())?));

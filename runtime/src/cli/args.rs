@@ -68,6 +68,20 @@ pub struct SourceArgs {
     pub closures: Vec<PathBuf>,
 }
 
+/// Choices between accuracy and time: a profile, then single settings.
+#[derive(Debug, Args)]
+pub struct ChoiceArgs {
+    /// Where the settings start from: draft, standard or reference.
+    #[arg(long, value_name = "PROFILE", default_value = "standard")]
+    pub profile: String,
+    /// A setting of docs/accuracy.md, such as sampler=sobol; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// How exact the arithmetic is; the same as --set precision=... [default: the profile's, standard].
+    #[arg(long, value_enum)]
+    pub precision: Option<PrecisionArg>,
+}
+
 /// Arguments of `oslcl render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
@@ -94,9 +108,9 @@ pub struct RenderArgs {
     /// Seed of the random numbers; the same seed gives the same bits [default: the scene's].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// How exact the arithmetic is.
-    #[arg(long, value_enum, default_value = "standard")]
-    pub precision: PrecisionArg,
+    /// Choices between accuracy and time.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
     /// Exposure of a .png in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true,
           value_parser = parse_stops)]
@@ -155,9 +169,9 @@ pub struct PlanArgs {
     /// Print JSON for tools.
     #[arg(long)]
     pub json: bool,
-    /// How exact the arithmetic is.
-    #[arg(long, value_enum, default_value = "standard")]
-    pub precision: PrecisionArg,
+    /// Choices between accuracy and time.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
 }
 
 /// Arguments of `oslcl compare`.
