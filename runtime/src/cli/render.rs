@@ -106,7 +106,7 @@ fn rays_per_second(counts: &oslcl_runtime::wavefront::Counts, time: Duration) ->
 }
 
 /// What the materials printed: each text once.
-fn told(messages: &Messages) -> String {
+pub fn told(messages: &Messages) -> String {
     let mut out = String::new();
     for told in messages.told.iter().take(MAX_TOLD) {
         let kind = match &told.kind {
