@@ -83,6 +83,16 @@ impl Geometry {
         !self.instance_roots.is_empty()
     }
 
+    /// Calls `f` with the bytes of all numbers, in a fixed order.
+    pub fn visit_bytes(&self, f: &mut dyn FnMut(&[u8])) {
+        let floats = [&self.nodes, &self.normals, &self.uvs];
+        floats.into_iter().flatten().for_each(|x| f(&x.to_le_bytes()));
+        let doubles = [&self.triangles, &self.areas, &self.object_spaces, &self.instances, &self.lights.reals];
+        doubles.into_iter().flatten().for_each(|x| f(&x.to_le_bytes()));
+        let ids = [&self.triangle_ids, &self.corners, &self.shapes, &self.first_vertices, &self.instance_roots];
+        ids.into_iter().chain([&self.lights.words]).flatten().for_each(|x| f(&x.to_le_bytes()));
+    }
+
     /// Triangles in memory.
     pub fn triangle_count(&self) -> usize {
         self.corners.len() / 4
