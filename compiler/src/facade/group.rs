@@ -7,7 +7,7 @@ use super::host::{self, HostRun};
 use super::{Binding, Entry, Failure, Master, Options, Output, Silenced, Values, on_large_stack, tell};
 use crate::artifact::Artifact;
 use crate::attributes::Attributes;
-use crate::backend::opencl_c;
+use crate::backend::{opencl_c, spirv};
 use crate::diag::Diagnostic;
 use crate::dictionary::Documents;
 use crate::interp;
@@ -256,12 +256,13 @@ impl<'a> Parts<'a> {
             )?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
+            let spirv = options.spirv.then(|| spirv::emit(&shader, &entry, &code.entry)).transpose()?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
                 output.name.clone_from(name);
             }
             let info = self.layers.last().map(|l| l.master.info.clone());
             let info = info.ok_or_else(|| vec![Diagnostic::global("E4015", "the group has no layers")])?;
-            Ok((Artifact::new(&shader, code, info), warnings))
+            Ok((Artifact { spirv, ..Artifact::new(&shader, code, info) }, warnings))
         };
         let sources = files.sources.clone();
         match on_large_stack(work) {
