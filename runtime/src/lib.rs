@@ -3,6 +3,7 @@
 #![deny(unsafe_op_in_unsafe_fn)]
 
 pub mod accel;
+pub mod accuracy;
 pub mod assemble;
 mod attributes;
 pub mod device;
@@ -11,6 +12,7 @@ pub mod files;
 pub mod film;
 pub mod grid;
 pub mod materials;
+pub mod measure;
 pub mod plan;
 mod preamble;
 pub mod precision;

@@ -379,7 +379,7 @@ fn pictures_of_both_kinds_and_every_precision_agree() {
     assert!(at.read("p.png").starts_with(b"\x89PNG\r\n"));
     let run = at.oslcl(&["compare", "standard.exr", "standard.exr"]);
     succeeds(&run);
-    assert!(run.out.contains("relative MSE  0.000000"), "{}", run.out);
+    assert!(run.out.contains("relative MSE  0.000000") && run.out.contains("FLIP          0.000000"), "{}", run.out);
 }
 
 #[test]
@@ -456,4 +456,34 @@ fn plans_are_text_or_json() {
     let json: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
     assert!(json["bytes_per_path"].as_u64().is_some_and(|n| n > 0), "{json}");
     assert_eq!(at.listing(), ["s.toml"]);
+}
+
+#[test]
+fn shaders_are_compared_with_themselves_in_f64() {
+    let at = Folder::new("shade-compare");
+    // A third is off by a part of an ulp in f32; an index computed in floats jumps.
+    at.write("s.osl", "shader s(output float third = 0, output int k = 0) { third = (1 + u) / 3; k = 7; }");
+    for with in ["f64", "host"] {
+        let run = at.oslcl(&["shade", "s.osl", "--compare", with, "-g", "5", "3"]);
+        succeeds(&run);
+        let row = |name: &str, precision: &str| -> Vec<f64> {
+            let line = run.out.lines().find(|l| l.starts_with(&format!("{name} ")) && l.contains(precision));
+            let line = line.unwrap_or_else(|| panic!("no {name} {precision} in {}", run.out));
+            line.split_whitespace().skip(2).take(4).map(|n| n.parse().expect("a number")).collect()
+        };
+        for precision in ["fast", "standard"] {
+            let third = row("third", precision);
+            assert!(third[0] > 0.0 && third[0] < 4.0 && third[2] < 1e-6, "{precision}: {third:?}");
+            assert_eq!(row("k", precision), [0.0; 4], "{precision}");
+        }
+        assert_eq!(run.out.contains("reference  "), with == "f64", "{}", run.out);
+        assert!(run.out.contains("points     5 x 3, u from 0 to 1, v from 0 to 1"), "{}", run.out);
+    }
+    let moved = at.oslcl(&["shade", "s.osl", "-g", "3", "1", "--domain", "2", "5", "0", "1"]);
+    succeeds(&moved);
+    let thirds: Vec<f64> =
+        moved.out.lines().filter(|l| l.contains("third")).filter_map(|l| l.rsplit(' ').next()?.parse().ok()).collect();
+    assert_eq!(thirds, [1.0, 1.5, 2.0], "{}", moved.out);
+    fails(&at.oslcl(&["shade", "s.osl", "--domain", "0", "inf", "0", "1"]), 2, &["--domain takes finite numbers"]);
+    fails(&at.oslcl(&["shade", "s.osl", "--compare", "f16"]), 2, &["f16", "f64", "host"]);
 }

@@ -185,15 +185,33 @@ pub struct CompareArgs {
     pub hard_fail: Option<f64>,
 }
 
+/// What `oslcl shade --compare` compares with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CompareWith {
+    /// 64-bit floats on the device.
+    F64,
+    /// The interpreter, in 64-bit floats on the host.
+    Host,
+}
+
 /// Arguments of `oslcl shade`.
 #[derive(Debug, Args)]
 pub struct ShadeArgs {
     /// An OSL file, or the name of a shipped material.
     pub shader: PathBuf,
-    /// Points of the grid across and down; u and v run from 0 to 1 (0.5 on a single point), P = (u, v, 1).
-    #[arg(short, long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], default_values_t = [1, 1],
+    /// Points of the grid across and down; u and v run from 0 to 1 (0.5 on a single point), P = (u, v, 1)
+    /// [default: 1 1, with --compare 257 257].
+    #[arg(short, long, num_args = 2, value_names = ["WIDTH", "HEIGHT"],
           value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub grid: Vec<u32>,
+    /// What u and v run over instead of 0 to 1.
+    #[arg(long, num_args = 4, value_names = ["U0", "U1", "V0", "V1"], default_values_t = [0.0, 1.0, 0.0, 1.0],
+          allow_hyphen_values = true)]
+    pub domain: Vec<f32>,
+    /// Compare the values in 32 bits, fast and standard, with those in 64 bits: on the device (f64) or by the interpreter on
+    /// the host (host). Prints the largest and mean errors, where they are worst, and the time per point.
+    #[arg(long, value_enum, value_name = "REFERENCE", conflicts_with_all = ["output", "precision"])]
+    pub compare: Option<CompareWith>,
     /// Write an output parameter to an .exr file; without any, all outputs are printed as text. May be repeated.
     #[arg(short, long = "output", value_name = "PARAM=FILE")]
     pub output: Vec<String>,

@@ -14,6 +14,7 @@ mod plan;
 mod render;
 mod report;
 mod shade;
+mod shade_compare;
 mod sources;
 pub mod terminal;
 pub mod tools;

@@ -2,13 +2,13 @@
 
 use super::args::{PrecisionArg, ShadeArgs};
 use super::sources::{self, Folders};
-use super::{Error, params, report, terminal};
+use super::{Error, params, report, shade_compare, terminal};
 use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
 use oslcl_runtime::files;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::shade::{self, Grid, Kind, Message, Plane, Shaded};
+use oslcl_runtime::shade::{self, Grid, HostError, Kind, Message, Plane, Shaded};
 use oslcl_runtime::textures::{self, Library};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -44,23 +44,52 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     if outputs.is_empty() {
         outputs = shade::default_outputs(master.info());
     }
-    // clap gives exactly two numbers.
-    let [width, height] = args.grid[..] else { return Err(Error::Usage("--grid takes two numbers".to_owned())) };
-    let grid = Grid::new(width, height);
+    let grid = grid(args)?;
     let options = Options { attributes: grid.attributes(), documents: Some(sources::documents()), ..options };
     let artifact = match shade::compile(&master, &options, &outputs) {
         Ok(artifact) => artifact,
         Err(failure) => {
             // What no device can do is done here, if it can be done at all.
             let on_host = shade::needs_host(&failure).then(|| shade::run_on_host(&master, &options, &outputs, grid));
-            let Some(Ok(shaded)) = on_host else { return Err(report::report(&failure)) };
+            let Some(Ok(shaded)) = on_host.filter(|_| args.compare.is_none()) else {
+                return Err(report::report(&failure));
+            };
             return deliver(&shaded, wanted, Precision::Reference);
         }
     };
     let device = Device::open(args.device.as_deref())?;
+    if let Some(with) = args.compare {
+        let host = || shade::run_on_host(&master, &options, &outputs, grid).map_err(host_error);
+        return shade_compare::run(&device, &artifact, grid, &library, with, host);
+    }
     let precision = args.precision.into();
     let shaded = shade::run_with(&device, &artifact, grid, precision, &library)?;
     deliver(&shaded, wanted, precision)
+}
+
+/// The points asked for.
+fn grid(args: &ShadeArgs) -> Result<Grid, Error> {
+    let (width, height) = match (args.grid.as_slice(), args.compare) {
+        (&[width, height], _) => (width, height),
+        (_, None) => (1, 1),
+        // u and v are the same numbers in 32 and in 64 bits.
+        (_, Some(_)) => (257, 257),
+    };
+    // clap gives exactly four numbers.
+    let &[u0, u1, v0, v1] = args.domain.as_slice() else {
+        return Err(Error::Usage("--domain takes four numbers".to_owned()));
+    };
+    if !args.domain.iter().all(|x| x.is_finite()) {
+        return Err(Error::Usage("--domain takes finite numbers".to_owned()));
+    }
+    Ok(Grid { scale_uv: [u1 - u0, v1 - v0], offset_uv: [u0, v0], ..Grid::new(width, height) })
+}
+
+fn host_error(error: HostError) -> Error {
+    match error {
+        HostError::Compile(failure) => report::report(&failure),
+        HostError::Grid(error) => error.into(),
+    }
 }
 
 /// Prints what was said; prints the outputs, or writes those wanted to pictures.
