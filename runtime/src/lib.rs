@@ -18,6 +18,7 @@ mod preamble;
 pub mod precision;
 pub mod programs;
 pub mod render;
+pub mod roads;
 pub mod scene;
 pub mod session;
 pub mod shade;

@@ -17,7 +17,7 @@ use crate::supplies::Supplies;
 use crate::told::{self, Heard};
 use crate::vertex_data::{self, Table};
 use crate::wavefront::{Counts, Spread, Supplied, Wavefront};
-use crate::{attributes, device, displace, textures};
+use crate::{attributes, device, displace, roads, textures};
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
@@ -72,7 +72,7 @@ impl<'a> Session<'a> {
             return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
         }
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(scene, options.precision, interactive)?;
+        let (plan, compiled) = render::plan_for(scene, options.precision, interactive, options.road)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
@@ -97,7 +97,8 @@ impl<'a> Session<'a> {
         let supplied = Supplied { textures: &textures, userdata: &userdata, interactive: &interactive };
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
         let start = Instant::now();
-        let kernels = programs::build(device, &plan, spread.paths)?;
+        let kernels =
+            programs::build(device, &plan, spread.paths, &roads::modules(&compiled.artifacts, options.precision))?;
         let build_time = start.elapsed();
         Ok(Session {
             device,

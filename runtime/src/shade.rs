@@ -22,6 +22,7 @@ use crate::device::{self, Arg, Buffer, Device, Program};
 use crate::materials;
 use crate::preamble;
 use crate::precision::Precision;
+use crate::roads;
 use crate::textures::{self, Library, Packed};
 use oslcl_compiler::reflect::ShaderInfo;
 use oslcl_compiler::{Artifact, Entry, Failure, Globals, Group, HostRun, Master, Options};
@@ -84,6 +85,9 @@ pub enum Error {
     /// The device refuses.
     #[error(transparent)]
     Device(#[from] device::Error),
+    /// No program comes out.
+    #[error(transparent)]
+    Road(#[from] roads::Error),
     /// The generated code includes an unknown header.
     #[error(transparent)]
     Assemble(#[from] assemble::Error),
@@ -184,7 +188,9 @@ pub fn run_timed(
     }
     let packed = textures::pack(library, artifact.textures.iter().map(|t| t.file.as_str()))?;
     let _span = tracing::debug_span!("shade", shader = artifact.name).entered();
-    let program = Program::build(device, &artifact.name, &program(artifact, supplies)?, precision.build_options())?;
+    let text = program(artifact, supplies)?;
+    let module = roads::module(artifact, precision);
+    let program = roads::build(device, &artifact.name, &text, precision.build_options(), module)?;
     let run = if precision.is_double() { launch::<f64> } else { launch::<f32> };
     let mut shaded = Shaded::default();
     let mut fastest = f64::INFINITY;
@@ -278,7 +284,7 @@ fn program(artifact: &Artifact, supplies: &Supplies) -> Result<String, Error> {
     let text = format!(
         "{}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
         preamble::text(artifact),
-        artifact.code,
+        preamble::code(artifact),
         supplies.code(artifact),
         artifact.entry
     );

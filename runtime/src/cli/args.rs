@@ -54,6 +54,15 @@ pub enum PrecisionArg {
     Reference,
 }
 
+/// How materials' code gets into programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RoadArg {
+    /// As OpenCL C: every device.
+    Opencl,
+    /// As SPIR-V, linked with the renderer's kernels: devices that take it, and PoCL where LLVM's tools are installed.
+    Spirv,
+}
+
 /// Where OSL files look for includes, and macros.
 #[derive(Debug, Args)]
 pub struct SourceArgs {
@@ -97,6 +106,9 @@ pub struct RenderArgs {
     /// How exact the arithmetic is.
     #[arg(long, value_enum, default_value = "standard")]
     pub precision: PrecisionArg,
+    /// How materials' code gets into programs.
+    #[arg(long, value_enum, default_value = "opencl")]
+    pub road: RoadArg,
     /// Exposure of a .png in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true,
           value_parser = parse_stops)]
@@ -227,6 +239,9 @@ pub struct ShadeArgs {
     /// How exact the arithmetic is.
     #[arg(long, value_enum, default_value = "standard")]
     pub precision: PrecisionArg,
+    /// How the shader's code gets into its program.
+    #[arg(long, value_enum, default_value = "opencl")]
+    pub road: RoadArg,
     /// Includes and macros.
     #[command(flatten)]
     pub source: SourceArgs,

@@ -36,6 +36,9 @@ pub enum Error {
     /// The device refuses.
     #[error(transparent)]
     Device(#[from] device::Error),
+    /// No program comes out.
+    #[error(transparent)]
+    Road(#[from] oslcl_runtime::roads::Error),
     /// A shader can't be run over a grid.
     #[error(transparent)]
     Shade(#[from] oslcl_runtime::shade::Error),
