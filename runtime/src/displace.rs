@@ -128,7 +128,7 @@ fn build(device: &Device, artifact: &Artifact, precision: Precision) -> Result<P
     );
     let source = assemble::assemble(&format!("{}.cl", artifact.entry), &text)?;
     let module = roads::module(artifact, precision);
-    Ok(roads::build(device, &artifact.name, &source, precision.build_options(), module)?)
+    Ok(roads::build(device, &artifact.name, &source, precision.build_options(), module.as_slice())?)
 }
 
 /// A float of the device as an argument of kernels.

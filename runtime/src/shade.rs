@@ -188,9 +188,7 @@ pub fn run_timed(
     }
     let packed = textures::pack(library, artifact.textures.iter().map(|t| t.file.as_str()))?;
     let _span = tracing::debug_span!("shade", shader = artifact.name).entered();
-    let text = program(artifact, supplies)?;
-    let module = roads::module(artifact, precision);
-    let program = roads::build(device, &artifact.name, &text, precision.build_options(), module)?;
+    let program = build(device, artifact, precision, supplies)?;
     let run = if precision.is_double() { launch::<f64> } else { launch::<f32> };
     let mut shaded = Shaded::default();
     let mut fastest = f64::INFINITY;
@@ -276,6 +274,18 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
         planes.push(Plane { name: output.name.clone(), ty: output.ty.clone(), grid, channels: output.reals, data });
     }
     Ok(planes)
+}
+
+/// Builds the program that [`run_supplied`] runs.
+pub fn build(
+    device: &Device,
+    artifact: &Artifact,
+    precision: Precision,
+    supplies: &Supplies,
+) -> Result<Program, Error> {
+    let text = program(artifact, supplies)?;
+    let module = roads::module(artifact, precision);
+    Ok(roads::build(device, &artifact.name, &text, precision.build_options(), module.as_slice())?)
 }
 
 /// The shader's text with the kernel behind it.

@@ -469,6 +469,13 @@ impl Master {
     }
 }
 
+impl Master {
+    /// Binds parameters and optimises: the IR that the back ends get, as text. Uses the options as [`Master::instance`] does.
+    pub fn ir(&self, options: &Options) -> Result<String, Failure> {
+        group::Parts::one(self, options).ir(options)
+    }
+}
+
 /// The reals of output parameters, by name, in the order asked for.
 pub type Values = Vec<(String, Vec<f64>)>;
 

@@ -8,6 +8,7 @@ mod check;
 mod compare;
 mod compile;
 mod devices;
+mod emit;
 mod info;
 mod params;
 mod plan;

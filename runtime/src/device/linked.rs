@@ -69,8 +69,14 @@ impl Device {
 }
 
 impl Program {
-    /// Builds a program from OpenCL C and a SPIR-V module that call each other. `label` names it in errors.
-    pub fn link(device: &Device, label: &str, source: &str, options: &str, module: &[u32]) -> Result<Program, Error> {
+    /// Builds a program from OpenCL C and SPIR-V modules that call each other. `label` names it in errors.
+    pub fn link(
+        device: &Device,
+        label: &str,
+        source: &str,
+        options: &str,
+        modules: &[&[u32]],
+    ) -> Result<Program, Error> {
         let fail = |code: ClError, log: String| Error::Build {
             program: label.to_string(),
             device: device.info.name.clone(),
@@ -85,13 +91,13 @@ impl Program {
                 Err(e) => Err(fail(e, program.get_build_log(device.info.id).unwrap_or_default())),
             }
         };
-        let bytes: Vec<u8> = module.iter().flat_map(|w| w.to_ne_bytes()).collect();
-        let parts = [
-            compiled(ClProgram::create_from_source(&device.context, source), options)?,
-            compiled(ClProgram::create_from_il(&device.context, &bytes), "")?,
-        ];
+        let mut parts = vec![compiled(ClProgram::create_from_source(&device.context, source), options)?];
+        for module in modules {
+            let bytes: Vec<u8> = module.iter().flat_map(|w| w.to_ne_bytes()).collect();
+            parts.push(compiled(ClProgram::create_from_il(&device.context, &bytes), "")?);
+        }
         let handles: Vec<cl_program> = parts.iter().map(ClProgram::get).collect();
-        // SAFETY: context, device and the two compiled programs are valid and belong together; no callback is given, so the
+        // SAFETY: context, device and the compiled programs are valid and belong together; no callback is given, so the
         // call returns when all is done.
         let linked = unsafe { link_program(device.context.get(), devices, c"", &handles, None, ptr::null_mut()) };
         match linked {

@@ -10,6 +10,7 @@
 pub mod tools;
 
 use crate::device::{self, Device, Program};
+use crate::preamble;
 use crate::precision::Precision;
 use crate::scene::MaterialId;
 use oslcl_compiler::Artifact;
@@ -48,6 +49,11 @@ pub enum Error {
 /// The modules of a scene's programs.
 pub type Modules<'a> = HashMap<MaterialId, &'a [u32]>;
 
+/// The text that stands for an artifact in a program: its code, or what binds its SPIR-V module to the kernels.
+pub fn text(artifact: &Artifact) -> &str {
+    preamble::code(artifact)
+}
+
 /// The module that a program with the artifact's text is linked with.
 pub fn module(artifact: &Artifact, precision: Precision) -> Option<&[u32]> {
     artifact.spirv.as_ref().map(|s| if precision.is_double() { &s.double[..] } else { &s.single[..] })
@@ -59,23 +65,19 @@ pub fn modules(artifacts: &[Option<Artifact>], precision: Precision) -> Modules<
     numbered.filter_map(|(id, artifact)| Some((id, module(artifact.as_ref()?, precision)?))).collect()
 }
 
-/// Builds a program from its text and, if it calls one, the module.
-pub fn build(
-    device: &Device,
-    label: &str,
-    source: &str,
-    options: &str,
-    module: Option<&[u32]>,
-) -> Result<Program, Error> {
-    let Some(module) = module else { return Ok(Program::build(device, label, source, options)?) };
+/// Builds a program from its text and the modules that it calls.
+pub fn build(device: &Device, label: &str, source: &str, options: &str, modules: &[&[u32]]) -> Result<Program, Error> {
+    if modules.is_empty() {
+        return Ok(Program::build(device, label, source, options)?);
+    }
     if device.takes_spirv() {
-        return Ok(Program::link(device, label, source, options, module)?);
+        return Ok(Program::link(device, label, source, options, modules)?);
     }
     if !device.takes_spir() {
         return Err(Error::NoRoad { device: device.info.name.clone() });
     }
     let options = with_device(device, options);
-    let bitcode = tools::find(&device.platform_version())?.link(label, source, &options, module)?;
+    let bitcode = tools::find(&device.platform_version())?.link(label, source, &options, modules)?;
     Ok(Program::load(device, label, &bitcode, tools::LOAD_OPTIONS)?)
 }
 

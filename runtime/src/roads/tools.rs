@@ -92,20 +92,26 @@ fn search(driver: &str, path: &std::ffi::OsStr) -> Result<Tools, String> {
 }
 
 impl Tools {
-    /// OpenCL C and a module as one file of bitcode. `options` as for a build of the text.
-    pub fn link(&self, label: &str, source: &str, options: &str, module: &[u32]) -> Result<Vec<u8>, Error> {
+    /// OpenCL C and modules as one file of bitcode. `options` as for a build of the text.
+    pub fn link(&self, label: &str, source: &str, options: &str, modules: &[&[u32]]) -> Result<Vec<u8>, Error> {
         let folder = Folder::new().map_err(|(path, cause)| Error::Files { program: label.to_owned(), path, cause })?;
         let file = |name: &str| folder.0.join(name);
-        let words: Vec<u8> = module.iter().flat_map(|w| w.to_ne_bytes()).collect();
-        let written = fs::write(file("kernels.cl"), source).and_then(|()| fs::write(file("module.spv"), words));
-        written.map_err(|cause| folder.failed(label, cause))?;
+        fs::write(file("kernels.cl"), source).map_err(|cause| folder.failed(label, cause))?;
         let mut clang = Command::new(&self.clang);
         // Inlining is left to the driver, which sees the module, too.
         clang.args(["-c", "-x", "cl", "-target", "spir64-unknown-unknown", "-emit-llvm", "-O1", "-w"]);
         clang.args(["-Xclang", "-disable-llvm-passes"]).args(options.split_whitespace());
         folder.run(label, clang.args(["kernels.cl", "-o", "kernels.bc"]))?;
-        folder.run(label, Command::new(&self.spirv).args(["-r", "module.spv", "-o", "module.bc"]))?;
-        folder.run(label, Command::new(&self.link).args(["kernels.bc", "module.bc", "-o", "program.bc"]))?;
+        let mut link = Command::new(&self.link);
+        link.args(["-o", "program.bc", "kernels.bc"]);
+        for (i, module) in modules.iter().enumerate() {
+            let words: Vec<u8> = module.iter().flat_map(|w| w.to_ne_bytes()).collect();
+            let (from, to) = (format!("module{i}.spv"), format!("module{i}.bc"));
+            fs::write(file(&from), words).map_err(|cause| folder.failed(label, cause))?;
+            folder.run(label, Command::new(&self.spirv).args(["-r", &from, "-o", &to]))?;
+            link.arg(to);
+        }
+        folder.run(label, &mut link)?;
         fs::read(file("program.bc")).map_err(|cause| folder.failed(label, cause))
     }
 }

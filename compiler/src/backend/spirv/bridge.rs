@@ -157,10 +157,7 @@ impl Bridge {
         text.push('\n');
         text.push_str(&self.text);
         text.push_str(&format!("void {}({signature});\n", super::exported(&entry)));
-        text.push_str(&format!(
-            "static inline void {entry}({outer})\n{{\n    {}({inner});\n}}\n",
-            super::exported(&entry)
-        ));
+        text.push_str(&format!("void {entry}({outer})\n{{\n    {}({inner});\n}}\n", super::exported(&entry)));
         (text, includes)
     }
 }

@@ -77,8 +77,7 @@ impl Writer<'_> {
     // ---- Small things -----------------------------------------------------------------------------------------------
 
     pub(super) fn triple(&mut self, parts: [Word; 3]) -> Word {
-        let ty = self.module.ty(Type::Triple);
-        self.module.inst(Op::CompositeConstruct, ty, &parts)
+        self.module.three(Type::Triple, parts)
     }
 
     fn set_matrix_element(&mut self, place: Word, index: i32, value: Word) {
@@ -104,12 +103,7 @@ impl Writer<'_> {
 
     /// `condition ? a : b` of a scalar or a triple; before SPIR-V 1.4 a vector is chosen by a vector.
     pub(super) fn choose(&mut self, condition: Word, ty: Type, a: Word, b: Word) -> Word {
-        let condition = if ty == Type::Triple {
-            let bools = self.module.ty(Type::Bool3);
-            self.module.inst(Op::CompositeConstruct, bools, &[condition; 3])
-        } else {
-            condition
-        };
+        let condition = if ty == Type::Triple { self.module.three(Type::Bool3, [condition; 3]) } else { condition };
         let ty = self.module.ty(ty);
         self.module.inst(Op::Select, ty, &[condition, a, b])
     }

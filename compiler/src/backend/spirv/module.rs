@@ -300,6 +300,16 @@ impl Module {
         id
     }
 
+    /// A vector of three parts. Translators to LLVM take OpCompositeConstruct of constants only, so parts are put in one by one.
+    pub(super) fn three(&mut self, ty: Type, parts: [Word; 3]) -> Word {
+        let of = self.ty(ty);
+        let mut whole = self.global(Op::Undef, Some(of), Vec::new());
+        for (k, part) in parts.into_iter().enumerate() {
+            whole = self.insert(ty, part, whole, k as u32);
+        }
+        whole
+    }
+
     /// A call of a function of OpenCL C's library.
     pub(super) fn opencl(&mut self, function: OpenclStd100Op, ty: Type, args: &[Word]) -> Word {
         let ty = self.ty(ty);
@@ -314,6 +324,30 @@ impl Module {
     pub(super) fn effect(&mut self, op: Op, operands: &[Word]) {
         let operands = operands.iter().map(|o| Operand::IdRef(*o)).collect();
         self.push(Instruction::new(op, None, None, operands));
+    }
+
+    /// Copies bytes to private memory, from there or from constant memory. By size: translators to LLVM stumble over
+    /// OpCopyMemory.
+    pub(super) fn copy(&mut self, to: Word, from: Word, from_table: bool, bytes: u64) {
+        let byte = self.ty(Type::Byte);
+        let class = if from_table { StorageClass::UniformConstant } else { StorageClass::Function };
+        let (target, source) = (self.pointer_private(byte), self.pointer(byte, class));
+        let to = self.inst(Op::Bitcast, target, &[to]);
+        let from = self.inst(Op::Bitcast, source, &[from]);
+        let long = self.global(Op::TypeInt, None, vec![Operand::LiteralBit32(64), Operand::LiteralBit32(0)]);
+        let size = self.global(Op::Constant, Some(long), vec![Operand::LiteralBit64(bytes)]);
+        self.effect(Op::CopyMemorySized, &[to, from, size]);
+    }
+
+    /// Bytes of a value in memory.
+    pub(super) fn size(&self, ty: Type) -> u64 {
+        let real = u64::from(self.width.bits() / 8);
+        match ty {
+            Type::Real => real,
+            Type::Triple => 4 * real,
+            Type::Matrix => 16 * real,
+            _ => 4,
+        }
     }
 
     /// An instruction that ends the block.

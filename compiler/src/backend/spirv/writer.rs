@@ -173,15 +173,25 @@ impl<'a> Writer<'a> {
     }
 
     pub(super) fn zero(&mut self, ty: Ty) -> Word {
-        let id = self.memory_ty(ty);
-        let zero = self.module.null(id);
+        let zero = self.zero_constant(ty);
         if ty != Ty::Matrix {
             return zero;
         }
-        // The zero matrix of OpenCL C's road is the diagonal of 0.
         let place = self.matrix_place();
         self.module.effect(Op::Store, &[place, zero]);
         place
+    }
+
+    /// Zero as a constant. Of numbers it is none of OpConstantNull's: translators to LLVM stumble over that.
+    fn zero_constant(&mut self, ty: Ty) -> Word {
+        match ty {
+            Ty::Float => self.module.real(0.0),
+            Ty::Triple | Ty::Matrix => {
+                let id = self.memory_ty(ty);
+                self.module.null(id)
+            }
+            _ => self.module.int(0),
+        }
     }
 
     /// A variable for a matrix.
@@ -204,7 +214,8 @@ impl<'a> Writer<'a> {
     }
 
     pub(super) fn copy_matrix(&mut self, to: Word, from: Word) {
-        self.module.effect(Op::CopyMemory, &[to, from]);
+        let bytes = self.module.size(Type::Matrix);
+        self.module.copy(to, from, false, bytes);
     }
 
     // ---- Calls of the bridge ----------------------------------------------------------------------------------------
@@ -278,8 +289,7 @@ impl<'a> Writer<'a> {
             _ if self.local_use(l).writes == 0 => Home::Fixed(self.zero(local.ty)),
             _ if self.local_use(l).home.is_some() => self.variable(local.ty, None),
             _ => {
-                let zero = self.memory_ty(local.ty);
-                let zero = self.module.null(zero);
+                let zero = self.zero_constant(local.ty);
                 self.variable(local.ty, Some(zero))
             }
         }
@@ -354,7 +364,7 @@ impl<'a> Writer<'a> {
             self.module.null(array)
         } else {
             initial.resize(len as usize, None);
-            let zero = self.module.null(memory);
+            let zero = self.zero_constant(ty);
             let parts = initial.iter().map(|c| c.as_ref().map_or(zero, |c| self.constant(c))).collect();
             self.module.composite(array, parts)
         };
@@ -363,18 +373,18 @@ impl<'a> Writer<'a> {
         } else {
             // A store of a whole array would become one instruction per element.
             let table = self.module.table(array, value);
-            self.module.effect(Op::CopyMemory, &[id, table]);
+            let bytes = self.module.size(type_of(ty)) * u64::from(len);
+            self.module.copy(id, table, true, bytes);
         }
         Home::Variable(id)
     }
 
     /// A table lies flat: 3 reals per triple, 16 per matrix.
     fn declare_table(&mut self, ty: Ty, initial: &[Option<Const>]) -> Home {
-        let number = match ty {
-            Ty::Int | Ty::Str => self.module.ty(Type::Int),
-            _ => self.module.ty(Type::Real),
+        let (number, zero) = match ty {
+            Ty::Int | Ty::Str => (self.module.ty(Type::Int), self.module.int(0)),
+            _ => (self.module.ty(Type::Real), self.module.real(0.0)),
         };
-        let zero = self.module.null(number);
         let mut parts = Vec::with_capacity(initial.len() * slots_of(ty) as usize);
         for c in initial {
             match c {
@@ -503,8 +513,7 @@ impl<'a> Writer<'a> {
                     let at = self.scaled(index, 3, k);
                     self.number_of_table(table, Type::Real, at)
                 });
-                let ty = self.module.ty(Type::Triple);
-                self.module.inst(Op::CompositeConstruct, ty, &parts)
+                self.module.three(Type::Triple, parts)
             }
             Ty::Matrix => {
                 let place = self.matrix_place();
