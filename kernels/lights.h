@@ -81,6 +81,9 @@ static inline int sample_triangle_light(const Context *c, real3 P, real4 u, Ligh
     s->distance = sqrt(distance2);
     s->wi = to / s->distance;
     real cosine = -dot(s->wi, safe_normalize(cross(e1, e2)));
+#ifdef HAS_TWO_SIDED_EMISSION
+    cosine = fabs(cosine);
+#endif
     if (!(cosine > 0 && distance2 > 0)) return 0;
     s->radiance = vload3(0, light + LIGHT_RADIANCE);
     s->pdf = light[LIGHT_DENSITY] * TRIANGLES_SHARE * distance2 / cosine;

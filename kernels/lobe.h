@@ -64,10 +64,20 @@ typedef struct {
 
 typedef struct {
     Lobe lobe;        // type LOBE_NONE: nothing scatters
-    real3 emission;   // radiance towards the viewer, W / (m^2 sr) per channel; only the front side emits
+    real3 emission;   // radiance towards the viewer, W / (m^2 sr) per channel, whichever side that is on: see emitted
     real3 background; // radiance of the environment in direction I
     real3 holdout;    // weight of holdout, 0..1 per channel
 } ShadeResult;
+
+// What of it is seen: surfaces emit on their front side, or on both.
+static inline real3 emitted(const ShadeResult *r, int backfacing)
+{
+#ifdef HAS_TWO_SIDED_EMISSION
+    return r->emission;
+#else
+    return backfacing ? (real3)(0) : r->emission;
+#endif
+}
 
 // Running state of the weighted choice among the offered lobes.
 typedef struct {

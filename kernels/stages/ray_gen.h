@@ -7,6 +7,14 @@
 #include "footprint.h"
 #include "random.h"
 
+#ifdef HAS_TENT_FILTER
+// From uniform numbers to a tent from -1/2 to 3/2, which is one pixel wider on both sides than the pixel.
+static inline real tent(real u)
+{
+    return u < (real)0.5 ? sqrt(2 * u) - (real)0.5 : (real)1.5 - sqrt(2 - 2 * u);
+}
+#endif
+
 static inline int stage_ray_gen(const Context *c, uint slot, int start)
 {
     const uint per_pixel = setting(c, SETTING_slots_per_pixel);
@@ -17,7 +25,14 @@ static inline int stage_ray_gen(const Context *c, uint slot, int start)
     const uint width = setting(c, SETTING_width), height = setting(c, SETTING_height);
     const uint pixel = path_pixel(c, slot);
     real4 u = random4(pixel, sample, BLOCK_CAMERA, setting(c, SETTING_seed));
-    // Film coordinates in [-1,1]: x to the right, y up. A box filter of one pixel.
+    // Film coordinates in [-1,1]: x to the right, y up. A box filter of one pixel, unless another is asked for.
+#ifdef HAS_TENT_FILTER
+    u.x = tent(u.x);
+    u.y = tent(u.y);
+#endif
+#ifdef HAS_MIDDLE_FILTER
+    u.x = u.y = (real)0.5;
+#endif
     real x = 2 * ((pixel % width) + u.x) / width - 1;
     real y = 1 - 2 * ((pixel / width) + u.y) / height;
     // camera_right and camera_up are scaled by the tangents of half the angles of view.

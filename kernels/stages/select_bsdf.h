@@ -39,7 +39,8 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     MATERIAL_ENTRY(&sg, u.w, &result);
     real3 beta = path_get3(c, PATH_beta, slot);
 #ifdef MATERIAL_EMITS
-    if (!is_zero3(result.emission)) {
+    const real3 Le = emitted(&result, sg.backfacing);
+    if (!is_zero3(Le)) {
         real weight = 1;
 #ifdef HAS_LIGHTS
         real pdf = path_get(c, PATH_pdf, slot);
@@ -49,7 +50,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
             weight = mis_weight(pdf, light_pdf(c, light, path_get(c, PATH_hit_t, slot), cosine));
         }
 #endif
-        path_set3(c, PATH_radiance, slot, path_get3(c, PATH_radiance, slot) + beta * result.emission * weight);
+        path_set3(c, PATH_radiance, slot, path_get3(c, PATH_radiance, slot) + beta * Le * weight);
     }
 #endif
 #ifdef PATH_hole

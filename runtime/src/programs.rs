@@ -93,7 +93,8 @@ fn build_one(
     let _span = tracing::debug_span!("build", program = program.label).entered();
     let text = source(plan, program, paths)?;
     let module = program.material.and_then(|id| modules.get(&id).copied());
-    let built = roads::build(device, &program.label, &text, plan.precision.build_options(), module.as_slice())?;
+    let options = plan.choices.precision.build_options();
+    let built = roads::build(device, &program.label, &text, options, module.as_slice())?;
     let mut out = Vec::new();
     for &stage in &program.stages {
         out.push(((stage, program.material), built.kernel(device, stage.name())?));

@@ -2,11 +2,11 @@
 //!
 //! In: a scene, a device, settings. Out: a picture and a summary. It must not know the command line or picture files.
 
+use crate::choices::Choices;
 use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
 use crate::plan::Plan;
-use crate::precision::Precision;
 use crate::roads::Road;
 use crate::scene::{self, Scene};
 use crate::session::Session;
@@ -75,8 +75,8 @@ pub enum Error {
 /// Settings that are not the scene's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Arithmetic.
-    pub precision: Precision,
+    /// What accuracy is bought with time. [`Choices::apply`] is for the caller: it changes the scene.
+    pub choices: Choices,
     /// How materials' code gets into programs.
     pub road: Road,
     /// Stop after this long with the samples that are done, all pixels alike; at least one sample is taken.
@@ -122,14 +122,14 @@ pub struct Summary {
 }
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
-pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Error> {
-    plan_for(scene, precision, false, Road::default())
+pub fn plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
+    plan_for(scene, choices, false, Road::default())
 }
 
 /// As [`plan`]; `interactive`: interactive parameters can change between renders.
 pub(crate) fn plan_for(
     scene: &Scene,
-    precision: Precision,
+    choices: &Choices,
     interactive: bool,
     road: Road,
 ) -> Result<(Plan, Compiled), Error> {
@@ -152,7 +152,7 @@ pub(crate) fn plan_for(
         }
         compiled.warnings.push(format!("warning: the environment is black: {}\n", dark(&material)));
     }
-    let plan = Plan::new(scene, &compiled.artifacts, precision);
+    let plan = Plan::new(scene, &compiled.artifacts, choices);
     Ok((plan, compiled))
 }
 
@@ -192,7 +192,7 @@ pub(crate) fn picture(scene: &Scene, options: &Options, samples: u32, data: &[f6
         ("oslcl:samples", samples.to_string()),
         ("oslcl:seed", scene.integrator.seed.to_string()),
         ("oslcl:max_depth", scene.integrator.max_depth.to_string()),
-        ("oslcl:precision", format!("{:?}", options.precision).to_lowercase()),
+        ("oslcl:precision", format!("{:?}", options.choices.precision).to_lowercase()),
     ];
     Picture {
         width: scene.film.width as usize,

@@ -68,17 +68,19 @@ impl<'a> Session<'a> {
         options: &Options,
         interactive: bool,
     ) -> Result<Session<'a>, Error> {
-        if options.precision.is_double() && !device.info.double {
+        if options.choices.precision.is_double() && !device.info.double {
             return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
         }
+        // Better to hear of it now than after the work.
+        roads::check(device, options.road).map_err(programs::Error::from)?;
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(scene, options.precision, interactive, options.road)?;
+        let (plan, compiled) = render::plan_for(scene, &options.choices, interactive, options.road)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
         let mut heard = Heard::default();
-        let scene = displace::apply(scene, &compiled, device, options.precision, &mut heard)?;
-        let geometry = accel::build(&scene, &plan.materials)?;
+        let scene = displace::apply(scene, &compiled, device, options.choices.precision, &mut heard)?;
+        let geometry = accel::build(&scene, &plan.materials, &options.choices)?;
         let has_userdata = plan.has(Effect::Userdata) || plan.has(Effect::Attributes);
         let userdata = match has_userdata {
             true => vertex_data::table(&scene, &compiled.artifacts, &geometry.first_vertices)?,
@@ -97,8 +99,8 @@ impl<'a> Session<'a> {
         let supplied = Supplied { textures: &textures, userdata: &userdata, interactive: &interactive };
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
         let start = Instant::now();
-        let kernels =
-            programs::build(device, &plan, spread.paths, &roads::modules(&compiled.artifacts, options.precision))?;
+        let modules = roads::modules(&compiled.artifacts, options.choices.precision);
+        let kernels = programs::build(device, &plan, spread.paths, &modules)?;
         let build_time = start.elapsed();
         Ok(Session {
             device,
@@ -194,7 +196,7 @@ impl<'a> Session<'a> {
         let mut messages = told::collect(&words, 4 * lost, scene, &self.compiled, &strings)?;
         self.heard.give(&mut messages);
         wavefront.log_times();
-        let bytes_per_path = plan.layout.bytes_per_path(self.options.precision.real_bytes());
+        let bytes_per_path = plan.layout.bytes_per_path(self.options.choices.precision.real_bytes());
         let picture = render::picture(scene, &self.options, done, &data, plan.layout.film_channels() as usize);
         drop(wavefront);
         let summary = Summary {

@@ -487,3 +487,30 @@ fn shaders_are_compared_with_themselves_in_f64() {
     fails(&at.oslcl(&["shade", "s.osl", "--domain", "0", "inf", "0", "1"]), 2, &["--domain takes finite numbers"]);
     fails(&at.oslcl(&["shade", "s.osl", "--compare", "f16"]), 2, &["f16", "f64", "host"]);
 }
+
+#[test]
+fn choices_are_checked_and_change_what_they_should() {
+    let at = Folder::new("choices");
+    at.write("s.toml", square("shader = \"matte\""));
+    for (args, parts) in [
+        (["--set", "samplr=sobol"], ["--set samplr=sobol", "did you mean `sampler`?"]),
+        (["--set", "sampler"], ["--set sampler", "NAME=VALUE"]),
+        (["--set", "environment_map=100"], ["cannot be `100`", "a power of two"]),
+        (["--profile", "best"], ["--profile best", "draft, standard, reference"]),
+    ] {
+        let run = at.oslcl(&[&["render", "s.toml", "-o", "p.exr", "--spp", "1"][..], &args[..]].concat());
+        fails(&run, 2, &parts);
+    }
+    let picture = |name: &str, args: &[&str]| {
+        let out = format!("{name}.exr");
+        succeeds(&at.oslcl(&[&["render", "s.toml", "-o", &out, "--spp", "4"][..], args].concat()));
+        at.picture(&out).pixels
+    };
+    let plain = picture("plain", &[]);
+    assert_eq!(picture("standard", &["--profile", "standard"]), plain);
+    assert_ne!(picture("sobol", &["--set", "sampler=sobol"]), plain);
+    assert_eq!(picture("last", &["--set", "sampler=sobol", "--set", "sampler=independent"]), plain);
+    assert_ne!(picture("short", &["--set", "depth=1"]), plain);
+    picture("draft", &["--profile", "draft"]);
+    picture("reference", &["--profile", "reference"]);
+}

@@ -14,7 +14,7 @@ use oslcl_compiler::interp::Globals;
 use oslcl_compiler::{Entry, Master, NoIncludes, Options};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::precision as shade_precision;
-use oslcl_runtime::roads::{Road, tools};
+use oslcl_runtime::roads::{self, Road};
 use oslcl_runtime::shade::{self, Grid};
 use oslcl_runtime::textures::Library;
 use oslcl_tests::grid::{self, Case, Precision};
@@ -103,15 +103,8 @@ fn device() -> Option<Device> {
         println!("skipped: this machine has no OpenCL device");
         return None;
     };
-    if device.takes_spirv() {
-        return Some(device);
-    }
-    if !device.takes_spir() {
-        println!("skipped: `{}` takes neither SPIR-V nor SPIR", device.info.name);
-        return None;
-    }
-    match tools::find(&device.platform_version()) {
-        Ok(_) => Some(device),
+    match roads::check(&device, Road::Spirv) {
+        Ok(()) => Some(device),
         Err(missing) => {
             println!("skipped: {missing}");
             None

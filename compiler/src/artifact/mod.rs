@@ -53,7 +53,7 @@ pub struct Artifact {
     pub noise: Vec<String>,
     /// Texture files that it can look up, by name.
     pub textures: Vec<TextureUse>,
-    /// Radiance that the front side emits.
+    /// Radiance that it emits; on which side is for the renderer to say.
     pub emission: Radiance,
     /// Radiance of the environment.
     pub background: Radiance,

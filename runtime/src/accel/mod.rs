@@ -13,6 +13,7 @@ mod lights;
 pub use alias::AliasTable;
 pub use lights::{Emission, Lights};
 
+use crate::choices::{Choices, TreeQuality};
 use crate::scene::{Instance, Mesh, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -107,7 +108,7 @@ pub struct MaterialUse {
 }
 
 /// Builds the arrays. `materials` has one element per material of the scene.
-pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error> {
+pub fn build(scene: &Scene, materials: &[MaterialUse], choices: &Choices) -> Result<Geometry, Error> {
     let _span = tracing::info_span!("accel").entered();
     let mut uses = vec![0u32; scene.meshes.len()];
     for instance in &scene.instances {
@@ -118,11 +119,11 @@ pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error
     if count > MAX_TRIANGLES {
         return Err(Error::TooMany { count, most: MAX_TRIANGLES });
     }
-    let mut builder = Builder::new(scene, materials);
+    let mut builder = Builder::new(scene, materials, choices.tree);
     builder.shapes();
     builder.place(&uses)?;
     let mut geometry = builder.out;
-    geometry.lights.finish(&geometry.triangle_ids);
+    geometry.lights.finish(&geometry.triangle_ids, choices.lights);
     tracing::info!(triangles = geometry.triangle_count(), nodes = geometry.nodes.len() / 16, "geometry built");
     Ok(geometry)
 }
@@ -130,6 +131,7 @@ pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error
 struct Builder<'a> {
     scene: &'a Scene,
     materials: &'a [MaterialUse],
+    tree: TreeQuality,
     out: Geometry,
     any_normals: bool,
     any_uvs: bool,
@@ -145,10 +147,11 @@ struct Bottom {
 }
 
 impl<'a> Builder<'a> {
-    fn new(scene: &'a Scene, materials: &'a [MaterialUse]) -> Builder<'a> {
+    fn new(scene: &'a Scene, materials: &'a [MaterialUse], tree: TreeQuality) -> Builder<'a> {
         Builder {
             scene,
             materials,
+            tree,
             out: Geometry::default(),
             any_normals: scene.meshes.iter().any(|m| !m.normals.is_empty()),
             any_uvs: scene.meshes.iter().any(|m| !m.uvs.is_empty()),
@@ -303,7 +306,7 @@ impl<'a> Builder<'a> {
     /// A tree over triangles with the numbers from `first` on.
     fn bottom(&mut self, corners: &[[DVec3; 3]], first: u32) -> Result<Bottom, Error> {
         let first_leaf = self.out.triangle_ids.len() as u32;
-        let tree = bvh::over_triangles(corners, first_leaf, &mut self.out.nodes)?;
+        let tree = bvh::over_triangles(corners, first_leaf, self.tree, &mut self.out.nodes)?;
         for &k in &tree.order {
             let [a, b, c] = corners[k as usize];
             self.out.triangles.extend([a, b - a, c - a].iter().flat_map(|v| [v.x, v.y, v.z, 0.0]));

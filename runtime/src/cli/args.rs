@@ -94,6 +94,20 @@ pub struct SourceArgs {
     pub closures: Vec<PathBuf>,
 }
 
+/// Choices between accuracy and time: a profile, then single settings.
+#[derive(Debug, Args)]
+pub struct ChoiceArgs {
+    /// Where the settings start from: draft, standard or reference.
+    #[arg(long, value_name = "PROFILE", default_value = "standard")]
+    pub profile: String,
+    /// A setting of docs/accuracy.md, such as sampler=sobol; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// How exact the arithmetic is; the same as --set precision=... [default: the profile's, standard].
+    #[arg(long, value_enum)]
+    pub precision: Option<PrecisionArg>,
+}
+
 /// Arguments of `oslcl render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
@@ -120,9 +134,9 @@ pub struct RenderArgs {
     /// Seed of the random numbers; the same seed gives the same bits [default: the scene's].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// How exact the arithmetic is.
-    #[arg(long, value_enum, default_value = "standard")]
-    pub precision: PrecisionArg,
+    /// Choices between accuracy and time.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
     /// How materials' code gets into programs.
     #[arg(long, value_enum, default_value = "opencl")]
     pub road: RoadArg,
@@ -193,9 +207,9 @@ pub struct PlanArgs {
     /// Print JSON for tools.
     #[arg(long)]
     pub json: bool,
-    /// How exact the arithmetic is.
-    #[arg(long, value_enum, default_value = "standard")]
-    pub precision: PrecisionArg,
+    /// Choices between accuracy and time.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
 }
 
 /// Arguments of `oslcl compare`.

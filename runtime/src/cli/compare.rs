@@ -49,6 +49,16 @@ fn limits(args: &CompareArgs) -> Option<raster::Limits> {
     })
 }
 
+/// The mean of each channel over the values that are numbers.
+fn means(picture: &raster::Raster) -> Vec<f64> {
+    let channel = |c: usize| {
+        let values = picture.data.iter().skip(c).step_by(picture.channels).map(|v| f64::from(*v));
+        let (sum, count) = values.filter(|v| v.is_finite()).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
+        sum / f64::max(count, 1.0)
+    };
+    (0..picture.channels).map(channel).collect()
+}
+
 /// Compares value by value.
 fn within(args: &CompareArgs, limits: &raster::Limits) -> Result<(), Error> {
     let (picture, reference) = (raster::read(&args.picture)?, raster::read(&args.reference)?);
@@ -63,9 +73,15 @@ fn within(args: &CompareArgs, limits: &raster::Limits) -> Result<(), Error> {
         )));
     };
     let percent = 100.0 * found.pixels as f64 / (picture.width * picture.height).max(1) as f64;
+    let (a, b) = (means(&picture), means(&reference));
+    let off: Vec<String> =
+        a.iter().zip(&b).map(|(a, b)| format!("{:+.3} %", 100.0 * (a - b) / b.abs().max(1e-12))).collect();
     terminal::print(&format!(
-        "failing pixels      {} ({percent:.3} %)\nlargest difference  {:.6}\nmean difference     {:.6}\n",
-        found.pixels, found.largest, found.mean
+        "failing pixels      {} ({percent:.3} %)\nlargest difference  {:.6}\nmean difference     {:.6}\nof the means        {}\n",
+        found.pixels,
+        found.largest,
+        found.mean,
+        off.join(" ")
     ))?;
     if found.within { Ok(()) } else { Err(Error::Compare("the pictures differ by more than the limits".to_owned())) }
 }

@@ -5,6 +5,7 @@
 
 pub mod args;
 mod check;
+mod choices;
 mod compare;
 mod compile;
 mod devices;

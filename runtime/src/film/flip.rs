@@ -83,7 +83,7 @@ fn shown(ycxcz: [f64; 3]) -> [f64; 3] {
     let m = &TO_XYZ;
     let minor = |r: [usize; 2], c: [usize; 2]| m[r[0]][c[0]] * m[r[1]][c[1]] - m[r[0]][c[1]] * m[r[1]][c[0]];
     let others = [[1, 2], [0, 2], [0, 1]];
-    let sign = |i: usize, j: usize| if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = |i: usize, j: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
     let determinant: f64 = (0..3).map(|j| sign(0, j) * m[0][j] * minor([1, 2], others[j])).sum();
     let row = |i: usize| (0..3).map(|j| sign(i, j) * minor(others[j], others[i]) * xyz[j]).sum::<f64>() / determinant;
     [row(0), row(1), row(2)].map(|v| v.clamp(0.0, 1.0))

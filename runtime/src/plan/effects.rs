@@ -3,7 +3,7 @@
 //! In: a scene and its materials' artifacts. Out: [`Decision`]s. Pure: it must not know devices.
 
 use crate::accel;
-use crate::scene::Scene;
+use crate::scene::{Filter, Scene};
 use oslcl_compiler::attributes::asked;
 use oslcl_compiler::{Artifact, Radiance};
 
@@ -39,6 +39,9 @@ macro_rules! effects {
 effects! {
     Surfaces: "surfaces", "surfaces that rays can meet";
     ThinLens: "thin_lens", "depth of field of a thin lens";
+    TentFilter: "tent_filter", "samples weighted by a tent around the middle of their pixel";
+    MiddleFilter: "middle_filter", "samples of the middles of pixels only";
+    TwoSidedEmission: "two_sided_emission", "surfaces that emit on both sides";
     Lights: "lights", "emissive surfaces, sampled directly";
     VaryingLights: "varying_lights", "emission that differs from point to point: light rays ask the shader";
     Environment: "environment", "light from outside the scene";
@@ -128,6 +131,11 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool
     if scene.camera.lens_radius > 0.0 {
         ask(ThinLens, format!("camera: lens_radius = {}", scene.camera.lens_radius));
     }
+    match scene.filter {
+        Filter::Box => {}
+        Filter::Tent => ask(TentFilter, "filter = tent".into()),
+        Filter::Middle => ask(MiddleFilter, "filter = middle".into()),
+    }
     if let Some(bounce) = scene.integrator.roulette_from {
         ask(Roulette, format!("integrator: roulette = {bounce}"));
     }
@@ -171,6 +179,9 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             if let Some(effect) = Effect::of_lobe(lobe) {
                 ask(effect, who.clone());
             }
+        }
+        if artifact.emission != Radiance::None && scene.conventions.two_sided_emission {
+            ask(TwoSidedEmission, who.clone());
         }
         match artifact.emission {
             Radiance::None => {}
@@ -259,6 +270,9 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             if code.state.camera_space {
                 ask(CameraSpace, who.clone());
             }
+            if code.state.raytype {
+                ask(RayType, who.clone());
+            }
             if !code.sites.is_empty() {
                 ask(Messages, who.clone());
             }
@@ -269,7 +283,9 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             inputs(code, &who, ask);
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());
-            if !scene.instances.is_empty() {
+            // What depends on how rays came there can't be tabulated by direction alone.
+            let tabulated = !code.state.raytype || scene.conventions.tabulated_environment;
+            if !scene.instances.is_empty() && tabulated {
                 ask(EnvironmentSampling, who);
             }
         }

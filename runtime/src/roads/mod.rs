@@ -65,6 +65,18 @@ pub fn modules(artifacts: &[Option<Artifact>], precision: Precision) -> Modules<
     numbered.filter_map(|(id, artifact)| Some((id, module(artifact.as_ref()?, precision)?))).collect()
 }
 
+/// Whether programs can come to a device this way.
+pub fn check(device: &Device, road: Road) -> Result<(), Error> {
+    if road == Road::OpenClC || device.takes_spirv() {
+        return Ok(());
+    }
+    if !device.takes_spir() {
+        return Err(Error::NoRoad { device: device.info.name.clone() });
+    }
+    tools::find(&device.platform_version())?;
+    Ok(())
+}
+
 /// Builds a program from its text and the modules that it calls.
 pub fn build(device: &Device, label: &str, source: &str, options: &str, modules: &[&[u32]]) -> Result<Program, Error> {
     if modules.is_empty() {
@@ -73,9 +85,7 @@ pub fn build(device: &Device, label: &str, source: &str, options: &str, modules:
     if device.takes_spirv() {
         return Ok(Program::link(device, label, source, options, modules)?);
     }
-    if !device.takes_spir() {
-        return Err(Error::NoRoad { device: device.info.name.clone() });
-    }
+    check(device, Road::Spirv)?;
     let options = with_device(device, options);
     let bitcode = tools::find(&device.platform_version())?.link(label, source, &options, modules)?;
     Ok(Program::load(device, label, &bitcode, tools::LOAD_OPTIONS)?)

@@ -15,6 +15,7 @@ pub mod shapes;
 mod shipped;
 mod transform;
 mod value;
+pub mod xml;
 
 pub use error::{Error, Location, MeshFile};
 pub use file::{load, parse};
@@ -41,8 +42,14 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// The material whose shader gives the radiance of rays that leave the scene; black without one.
     pub environment: Option<MaterialId>,
+    /// Where renderers differ.
+    pub conventions: Conventions,
+    /// How a pixel is made of the samples around its middle.
+    pub filter: Filter,
     /// Folders that textures are looked for in, in order; then names are taken as they are.
     pub textures: Vec<PathBuf>,
+    /// Folders that the shaders of groups are looked for in, in order; then beside the group's own file.
+    pub shaders: Vec<PathBuf>,
     /// What `getattribute` finds anywhere, also as those of the object `global`.
     pub attributes: Attributes,
 }
@@ -82,6 +89,29 @@ pub struct Film {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+}
+
+/// What renderers do not agree on. The default is ours; what `testrender` does, that of the reference implementation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Conventions {
+    /// Surfaces emit on both sides, not on the front side alone.
+    pub two_sided_emission: bool,
+    /// The environment is sampled directly even if its shader asks for the type of rays; only rays of the camera have one then.
+    pub tabulated_environment: bool,
+    /// Values in a group's text for parameters that a shader does not have are left out with a warning; otherwise they are errors.
+    pub unknown_params_warn: bool,
+}
+
+/// The weight of samples around the middle of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// All of the pixel counts alike.
+    #[default]
+    Box,
+    /// Falls off linearly from the middle to those of the pixels around, in x and in y.
+    Tent,
+    /// The middle alone: edges are jagged.
+    Middle,
 }
 
 /// How paths are traced.

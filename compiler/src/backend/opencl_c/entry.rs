@@ -33,9 +33,7 @@ pub(super) fn material(shader: &Shader, lines: Option<&SourceMap>) -> Result<Cod
     for slot in &shader.slots {
         let weight = w.load(slot.weight).text;
         match role(slot) {
-            ClosureRole::Emission => {
-                w.put(Some(slot.span), &format!("if (!sg->backfacing) out->emission += {weight};"));
-            }
+            ClosureRole::Emission => w.put(Some(slot.span), &format!("out->emission += {weight};")),
             ClosureRole::Background => w.put(Some(slot.span), &format!("out->background += {weight};")),
             ClosureRole::Holdout => w.put(Some(slot.span), &format!("out->holdout += {weight};")),
             ClosureRole::Lobe(_) | ClosureRole::Transparent => lobe(&mut w, slot, &weight, lobes.len() == 1),
