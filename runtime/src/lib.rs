@@ -19,6 +19,7 @@ mod preamble;
 pub mod precision;
 pub mod programs;
 pub mod render;
+pub mod roads;
 pub mod scene;
 pub mod session;
 pub mod shade;

@@ -7,6 +7,7 @@ use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
 use crate::plan::Plan;
+use crate::roads::Road;
 use crate::scene::{self, Scene};
 use crate::session::Session;
 use crate::wavefront::Counts;
@@ -76,6 +77,8 @@ pub enum Error {
 pub struct Options {
     /// What accuracy is bought with time. [`Choices::apply`] is for the caller: it changes the scene.
     pub choices: Choices,
+    /// How materials' code gets into programs.
+    pub road: Road,
     /// Stop after this long with the samples that are done, all pixels alike; at least one sample is taken.
     pub time_limit: Option<Duration>,
 }
@@ -120,11 +123,16 @@ pub struct Summary {
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
 pub fn plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
-    plan_for(scene, choices, false)
+    plan_for(scene, choices, false, Road::default())
 }
 
 /// As [`plan`]; `interactive`: interactive parameters can change between renders.
-pub(crate) fn plan_for(scene: &Scene, choices: &Choices, interactive: bool) -> Result<(Plan, Compiled), Error> {
+pub(crate) fn plan_for(
+    scene: &Scene,
+    choices: &Choices,
+    interactive: bool,
+    road: Road,
+) -> Result<(Plan, Compiled), Error> {
     scene.check()?;
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     if pixels > 1 << 30 {
@@ -133,7 +141,7 @@ pub(crate) fn plan_for(scene: &Scene, choices: &Choices, interactive: bool) -> R
     if scene.instances.is_empty() && scene.environment.is_none() {
         return Err(Error::Empty);
     }
-    let mut compiled = materials::compile_for(scene, interactive)?;
+    let mut compiled = materials::compile_for(scene, interactive, road)?;
     if let Some(id) = scene.environment
         && let Some(artifact) = &compiled.artifacts[id.0 as usize]
         && artifact.background == Radiance::None

@@ -17,7 +17,7 @@ use crate::supplies::Supplies;
 use crate::told::{self, Heard};
 use crate::vertex_data::{self, Table};
 use crate::wavefront::{Counts, Spread, Supplied, Wavefront};
-use crate::{attributes, device, displace, textures};
+use crate::{attributes, device, displace, roads, textures};
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
@@ -72,8 +72,10 @@ impl<'a> Session<'a> {
         if options.choices.precision.is_double() && !device.info.double {
             return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
         }
+        // Better to hear of it now than after the work.
+        roads::check(device, options.road).map_err(programs::Error::from)?;
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(scene, &options.choices, interactive)?;
+        let (plan, compiled) = render::plan_for(scene, &options.choices, interactive, options.road)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
@@ -99,7 +101,8 @@ impl<'a> Session<'a> {
         let supplied = Supplied { textures: &textures, userdata: &userdata, interactive: &interactive };
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
         let start = Instant::now();
-        let kernels = programs::build(device, &plan, spread.paths)?;
+        let modules = roads::modules(&compiled.artifacts, options.choices.precision);
+        let kernels = programs::build(device, &plan, spread.paths, &modules)?;
         let build_time = start.elapsed();
         Ok(Session {
             device,

@@ -25,7 +25,7 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to a picture.
     Render(RenderArgs),
-    /// Compile OSL files to OpenCL C (.cl) and reflection (.json).
+    /// Compile OSL files to OpenCL C (.cl) and reflection (.json), or what --emit says.
     Compile(CompileArgs),
     /// Check OSL files for errors and warnings; writes nothing.
     Check(CheckArgs),
@@ -92,6 +92,32 @@ pub enum PrecisionArg {
     Reference,
 }
 
+/// How materials' code gets into programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RoadArg {
+    /// As OpenCL C: every device.
+    Opencl,
+    /// As SPIR-V, linked with the renderer's kernels: devices that take it, and PoCL where LLVM's tools are installed.
+    Spirv,
+}
+
+/// What `oslcl compile` writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EmitArg {
+    /// NAME.cl: OpenCL C, which a driver builds as it stands.
+    Opencl,
+    /// NAME.spv: a SPIR-V module; NAME.spv.cl: the OpenCL C that it is linked with.
+    Spirv,
+    /// NAME.bc: both of these linked as LLVM bitcode (SPIR 1.2), by clang, llvm-spirv and llvm-link.
+    Bitcode,
+    /// NAME.bin: the device's binary of the program that `oslcl shade` runs.
+    Binary,
+    /// NAME.ir: the intermediate representation that the code is written from.
+    Ir,
+    /// NAME.json: parameters, effects, interface.
+    Json,
+}
+
 /// Where OSL files look for includes, and macros.
 #[derive(Debug, Args)]
 pub struct SourceArgs {
@@ -149,6 +175,9 @@ pub struct RenderArgs {
     /// Choices between accuracy and time.
     #[command(flatten)]
     pub choices: ChoiceArgs,
+    /// How materials' code gets into programs.
+    #[arg(long, value_enum, default_value = "opencl")]
+    pub road: RoadArg,
     /// Exposure of a .png in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true,
           value_parser = parse_stops)]
@@ -164,9 +193,18 @@ pub struct CompileArgs {
     /// OSL files.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Folder for the .cl and .json files [default: next to each source].
+    /// Folder for the files [default: next to each source].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// What to write; several with commas, or repeated.
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["opencl", "json"])]
+    pub emit: Vec<EmitArg>,
+    /// The arithmetic of SPIR-V, bitcode and binaries.
+    #[arg(long, value_enum, default_value = "standard")]
+    pub precision: PrecisionArg,
+    /// OpenCL device of binaries: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
     /// Bind a parameter (with one file): a number, numbers with commas, or text; may be repeated.
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     pub param: Vec<String>,
@@ -279,6 +317,9 @@ pub struct ShadeArgs {
     /// How exact the arithmetic is.
     #[arg(long, value_enum, default_value = "standard")]
     pub precision: PrecisionArg,
+    /// How the shader's code gets into its program.
+    #[arg(long, value_enum, default_value = "opencl")]
+    pub road: RoadArg,
     /// Includes and macros.
     #[command(flatten)]
     pub source: SourceArgs,

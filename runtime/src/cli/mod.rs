@@ -10,6 +10,7 @@ mod choices;
 mod compare;
 mod compile;
 mod devices;
+mod emit;
 mod info;
 mod params;
 mod plan;
@@ -38,6 +39,9 @@ pub enum Error {
     /// The device refuses.
     #[error(transparent)]
     Device(#[from] device::Error),
+    /// No program comes out.
+    #[error(transparent)]
+    Road(#[from] oslcl_runtime::roads::Error),
     /// A shader can't be run over a grid.
     #[error(transparent)]
     Shade(#[from] oslcl_runtime::shade::Error),

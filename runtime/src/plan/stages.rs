@@ -144,6 +144,6 @@ fn of_material(
         label,
         stages,
         macros,
-        code: code.code.clone() + &vertex_data::code(code, materials),
+        code: preamble::code(code).to_owned() + &vertex_data::code(code, materials),
     }
 }
