@@ -74,7 +74,7 @@ static inline int sample_triangle_light(const Context *c, real3 P, real4 u, Ligh
     s->light = x < light_share(c, cell) ? cell : c->light_words[LIGHT_WORDS * cell + LIGHT_ALIAS];
     __global const real *light = c->lights + LIGHT_REALS * (size_t)s->light;
     real3 v0 = vload3(0, light), e1 = vload3(1, light), e2 = vload3(2, light);
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
     // What the choice left of its number is uniform again, so that an even cube gives even points on each light.
     // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019.
     const real share = light_share(c, cell);

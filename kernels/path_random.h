@@ -5,18 +5,18 @@
 
 #include "context.h"
 #include "random.h"
-#ifdef HAS_SOBOL
-#include "sobol.h"
+#ifdef HAS_SHARED_CUBES
+#include "cubes.h"
 #endif
 
 static inline real4 path_random(const Context *c, uint slot, uint block)
 {
     const uint pixel = path_pixel(c, slot), sample = path_get_uint(c, PATHU_sample, slot), seed = setting(c, SETTING_seed);
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
     // A bounce has one cube for the light's direction and its own: they find light in different ways, and each is even.
     const uint width = setting(c, SETTING_width);
     const uint2 at = (uint2)(pixel % width, pixel / width);
-    return (real4)(sobol3(at, sample, (block + 1) / 2, seed), sobol1(at, sample, block, seed));
+    return (real4)(cube3(at, sample, (block + 1) / 2, seed), cube1(at, sample, block, seed));
 #else
     return random4(pixel, sample, block, seed);
 #endif

@@ -30,6 +30,7 @@ pub mod builtins;
 pub mod check;
 pub mod diag;
 pub mod dictionary;
+pub mod escape;
 mod facade;
 pub mod interp;
 pub mod ir;

@@ -20,7 +20,7 @@ static inline int stage_sample_light(const Context *c, uint slot)
     real pdf;
     real3 f = bsdf_eval(&lobe, wo, s.wi, &pdf);
     if (is_zero3(f)) return QUEUE_NONE;
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
     pdf *= path_get(c, PATH_survive, slot);
 #endif
     // A lobe around a bent normal must not carry light through the surface.

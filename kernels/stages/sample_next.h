@@ -23,7 +23,7 @@ static inline int stage_sample_next(const Context *c, uint slot)
     Lobe lobe = load_lobe(c, slot);
     const uint depth = path_get_uint(c, PATHU_depth, slot);
     real4 u = path_random(c, slot, BLOCK_BSDF(depth));
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
     u.x = path_get(c, PATH_rest, slot);
     if (!(u.x < 1)) return QUEUE_done;
     u.x = fmin(u.x, (real)ONE_MINUS_EPSILON);
@@ -41,7 +41,7 @@ static inline int stage_sample_next(const Context *c, uint slot)
     if (above != ((bits & SAMPLE_REFLECT) != 0)) return QUEUE_done;
 #endif
     real3 beta = path_get3(c, PATH_beta, slot) * value;
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
     beta /= survive;
     pdf *= survive;
 #elif defined(HAS_ROULETTE)

@@ -9,7 +9,7 @@
 #include "path_random.h"
 #include "surface.h"
 
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
 // Russian roulette with the number that chose the lobe, which so stays one number of an even cube. The probability to go on is
 // the part of the light that does.
 static inline real path_survives(const Context *c, uint depth, real3 wo, real3 beta, const Lobe *lobe)
@@ -51,7 +51,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     const uint depth = path_get_uint(c, PATHU_depth, slot);
     real4 u = path_random(c, slot, BLOCK_LIGHT(depth));
     ShadeResult result;
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
     // Two lobes share the cube's first side from the left on, as in the reference's renderer; lobe_offer fills it from the right.
     u.w = fmin(1 - u.x, (real)ONE_MINUS_EPSILON);
     result.rest = u.w;
@@ -78,7 +78,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
 #endif
     // The next event would be one edge longer than allowed.
     if (depth >= setting(c, SETTING_max_depth) || result.lobe.type == LOBE_NONE) return QUEUE_done;
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
     const real3 before = beta;
 #endif
     beta *= result.lobe.weight;
@@ -87,7 +87,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     path_set3(c, PATH_point, slot, point.P);
     path_set3(c, PATH_offset, slot, point.offset);
     store_lobe(c, slot, &result.lobe);
-#ifdef HAS_SOBOL
+#ifdef HAS_SHARED_CUBES
     const real survive = path_survives(c, depth, -I, before, &result.lobe);
     path_set(c, PATH_survive, slot, survive);
     // From 1 on: the path ends behind this event.

@@ -15,6 +15,7 @@ macro_rules! embed {
 /// Every file of kernels/, by its path there.
 static KERNELS: &[(&str, &str)] = embed![
     "context.h",
+    "cubes.h",
     "geometry.h",
     "footprint.h",
     "globals.h",
@@ -25,7 +26,6 @@ static KERNELS: &[(&str, &str)] = embed![
     "path_random.h",
     "random.h",
     "real.h",
-    "sobol.h",
     "strings.h",
     "surface.h",
     "userdata.h",

@@ -3,23 +3,28 @@
 #![deny(unsafe_op_in_unsafe_fn)]
 
 pub mod accel;
+pub mod accuracy;
 pub mod assemble;
 mod attributes;
+pub mod choices;
 pub mod device;
 pub mod displace;
 pub mod files;
 pub mod film;
 pub mod grid;
 pub mod materials;
+pub mod measure;
 pub mod plan;
 mod preamble;
 pub mod precision;
 pub mod programs;
 pub mod render;
+pub mod roads;
 pub mod scene;
 pub mod session;
 pub mod shade;
 pub mod shader_file;
+pub mod study;
 mod supplies;
 pub mod textures;
 pub mod told;

@@ -7,7 +7,7 @@
 
 use crate::accel::{AliasTable, Geometry, row_major};
 use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
-use crate::plan::{BufferId, Constant, Counter, ENVIRONMENT_MAP_SIZE, Effect, Plan, Setting, Stage};
+use crate::plan::{BufferId, Constant, Counter, Effect, Plan, Setting, Stage};
 use crate::precision::Precision;
 use crate::programs::Kernels;
 use crate::scene::{MaterialId, Scene};
@@ -68,7 +68,8 @@ impl Spread {
             DeviceKind::Gpu => PATHS_GPU,
             _ => PATHS_PER_CORE * device.info.units.clamp(1, 128),
         };
-        let fits = device.info.memory / MEMORY_SHARE / plan.layout.bytes_per_path(plan.precision.real_bytes()).max(1);
+        let fits =
+            device.info.memory / MEMORY_SHARE / plan.layout.bytes_per_path(plan.choices.precision.real_bytes()).max(1);
         let wanted = (pixels * u64::from(samples)).clamp(GROUP as u64, u64::from(most));
         let paths = wanted.min(fits.max(GROUP as u64)).next_multiple_of(GROUP as u64) as u32;
         let slots_per_pixel = (u64::from(paths) / pixels.max(1)).clamp(1, u64::from(samples)) as u32;
@@ -149,7 +150,7 @@ impl<'a> Wavefront<'a> {
         spread: Spread,
     ) -> Result<(), Error> {
         let numbers = pixels * u64::from(plan.layout.film_channels());
-        let real_bytes = plan.precision.real_bytes();
+        let real_bytes = plan.choices.precision.real_bytes();
         let mut sizes: Vec<(&str, u64)> = plan
             .layout
             .buffers()
@@ -161,7 +162,7 @@ impl<'a> Wavefront<'a> {
     }
 
     fn precision(&self) -> Precision {
-        self.plan.precision
+        self.plan.choices.precision
     }
 
     fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry, s: &Supplied<'_>) -> Result<Buffer, Error> {
@@ -232,7 +233,7 @@ impl<'a> Wavefront<'a> {
             }
         }
         let radiance = read_reals(self.device, &powers, lights.len(), self.precision())?;
-        geometry.lights.choose(&radiance);
+        geometry.lights.choose(&radiance, self.plan.choices.lights);
         self.buffers
             .insert(BufferId::Lights, upload_reals(self.device, "lights", &geometry.lights.reals, self.precision())?);
         self.buffers.insert(BufferId::LightWords, self.device.upload("light_words", &geometry.lights.words)?);
@@ -242,16 +243,22 @@ impl<'a> Wavefront<'a> {
     /// Asks the environment's shader for its radiance in all directions, to sample the bright ones.
     fn map_environment(&mut self) -> Result<(), Error> {
         let Some(kernel) = self.kernels.get(Stage::EnvironmentMap, self.environment) else { return Ok(()) };
-        let cells = ENVIRONMENT_MAP_SIZE.0 as usize * ENVIRONMENT_MAP_SIZE.1 as usize;
+        let size = self.plan.environment_map();
+        let cells = size.0 as usize * size.1 as usize;
         let map = self.device.buffer("environment map", 3 * cells as u64 * self.precision().real_bytes())?;
         self.launch(kernel, 0, Some(&map), cells as u64)?;
         let radiance = read_reals(self.device, &map, 3 * cells, self.precision())?;
-        let table = AliasTable::new(&environment_weights(&radiance));
+        let table = AliasTable::new(&environment_weights(&radiance, size));
         let interleaved: Vec<f64> = table.probability.iter().zip(&table.share).flat_map(|(p, s)| [*p, *s]).collect();
         let cells = upload_reals(self.device, "environment_cells", &interleaved, self.precision())?;
         self.buffers.insert(BufferId::EnvironmentCells, cells);
         self.buffers.insert(BufferId::EnvironmentAlias, self.device.upload("environment_alias", &table.alias)?);
         Ok(())
+    }
+
+    /// Sets the seed of the random numbers, until then the scene's.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.set(Setting::Seed, folded(seed));
     }
 
     /// Launches every stage with nothing to do: drivers that finish compiling a kernel at its first launch do so now, so that
@@ -405,8 +412,8 @@ impl<'a> Wavefront<'a> {
 fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, spread: Spread) -> u64 {
     let layout = &plan.layout;
     let paths = u64::from(spread.paths);
-    let cells = u64::from(ENVIRONMENT_MAP_SIZE.0) * u64::from(ENVIRONMENT_MAP_SIZE.1);
-    let reals = |count: u64| count * plan.precision.real_bytes();
+    let cells = u64::from(plan.environment_map().0) * u64::from(plan.environment_map().1);
+    let reals = |count: u64| count * plan.choices.precision.real_bytes();
     let words = |count: usize| 4 * count as u64;
     match id {
         BufferId::Path => reals(paths * u64::from(layout.real_planes())),
@@ -465,8 +472,8 @@ fn place(setting: Setting) -> usize {
 
 /// Weights of the map's cells from their radiance. Each gets a part of its neighbours' as well: where the edge of something
 /// bright runs through a cell that the map's few points call dark, paths would find it too rarely and too brightly.
-fn environment_weights(radiance: &[f64]) -> Vec<f64> {
-    let (width, height) = (ENVIRONMENT_MAP_SIZE.0 as usize, ENVIRONMENT_MAP_SIZE.1 as usize);
+fn environment_weights(radiance: &[f64], (width, height): (u32, u32)) -> Vec<f64> {
+    let (width, height) = (width as usize, height as usize);
     let usable = |x: f64| if x.is_finite() && x > 0.0 { x } else { 0.0 };
     let own: Vec<f64> = radiance.chunks(3).map(|rgb| rgb.iter().map(|x| usable(*x)).sum()).collect();
     let around = |x: usize, y: usize| {
@@ -477,14 +484,16 @@ fn environment_weights(radiance: &[f64]) -> Vec<f64> {
     (0..own.len()).map(|i| own[i] + 0.1 * around(i % width, i / width)).collect()
 }
 
+/// The seed's halves mixed: kernels take 32 bits.
+fn folded(seed: u64) -> u32 {
+    (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32
+}
+
 fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
-    // The seed's halves are mixed: kernels take 32 bits.
-    let seed = scene.integrator.seed;
-    let seed = (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32;
     Setting::ALL.map(|(setting, _)| match setting {
         Setting::Width => scene.film.width,
         Setting::Height => scene.film.height,
-        Setting::Seed => seed,
+        Setting::Seed => folded(scene.integrator.seed),
         Setting::MaxDepth => scene.integrator.max_depth,
         Setting::RouletteFrom => scene.integrator.roulette_from.unwrap_or(u32::MAX),
         Setting::Lights => geometry.lights.len() as u32,

@@ -6,8 +6,7 @@ use oslcl_runtime::film::Picture;
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::render::{self, Options, Summary};
 use oslcl_runtime::scene::{
-    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Sampler,
-    Scene,
+    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene,
 };
 
 /// A scene without anything but a camera at (0, -5, 0) that looks along y, and 16 x 16 pixels.
@@ -29,7 +28,6 @@ pub fn empty() -> Scene {
         environment: None,
         conventions: Conventions::default(),
         filter: Filter::Box,
-        sampler: Sampler::Independent,
         textures: Vec::new(),
         shaders: Vec::new(),
         attributes: Vec::new(),
@@ -93,6 +91,6 @@ pub fn sphere() -> Mesh {
 /// Renders a scene on the first device.
 pub fn render(scene: &Scene, precision: Precision) -> (Picture, Summary) {
     let device = Device::open(None).expect("an OpenCL device");
-    let options = Options { precision, time_limit: None };
+    let options = Options { choices: precision.into(), ..Options::default() };
     render::render(scene, &device, &options, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"))
 }

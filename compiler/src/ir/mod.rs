@@ -14,12 +14,14 @@
 mod inputs;
 mod print;
 mod read;
+mod rewrite;
 mod verify;
 mod visit;
 
 pub use inputs::{InputLayout, numbers, slots_of};
 pub use print::print;
 pub use read::{ReadError, read};
+pub use rewrite::Rewriter;
 pub use verify::{VerifyError, verify};
 
 use crate::builtins;

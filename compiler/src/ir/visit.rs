@@ -75,6 +75,15 @@ impl Stmt {
         }
     }
 
+    /// Calls `f` on the blocks inside for rewriting, in the same order.
+    pub fn blocks_mut(&mut self, f: &mut dyn FnMut(&mut Block)) {
+        match self {
+            Stmt::If(_, a, b) => [a, b].into_iter().for_each(f),
+            Stmt::Loop(l) => [&mut l.head, &mut l.body, &mut l.step].into_iter().for_each(f),
+            _ => {}
+        }
+    }
+
     /// Calls `f` on every local that the statement itself (not those inside it) may change.
     pub fn written(&self, f: &mut dyn FnMut(LocalId)) {
         match self {

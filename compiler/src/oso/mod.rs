@@ -17,6 +17,8 @@ pub mod parse;
 pub mod query;
 pub mod read;
 mod read_call;
+mod read_fit;
+mod read_stmt;
 pub mod text;
 pub mod write;
 mod write_call;

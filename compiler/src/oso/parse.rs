@@ -3,11 +3,11 @@
 //! In: text. Out: a [`Module`] whose symbols are bound and whose jumps are checked to lie in their section, or located errors.
 //! It must not know what operations mean.
 
-use super::number::unescape;
 use super::{
     Access, Element, Hint, HintArg, Literal, MAGIC, MAIN, MAX_OPS, Module, Op, SymId, SymType, Symbol, SymbolKind,
 };
 use crate::diag::Diagnostic;
+use crate::escape::unescape;
 use crate::source::{FileId, Span};
 use crate::types::{Base, Extent};
 use std::collections::HashMap;

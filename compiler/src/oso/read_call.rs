@@ -2,7 +2,8 @@
 //!
 //! In: operations. Out: expressions with their overload chosen. It must not know control flow.
 
-use super::read::{Fit, Reader, fitted, single, truth, unfit};
+use super::read::{Fit, Reader, unfit};
+use super::read_fit::{fitted, single, truth};
 use super::{Element, Hint, HintArg, Literal, Op, Symbol};
 use crate::ast::BinaryOp;
 use crate::builtins::{self, CLOSURES, ClosureId, sig};

@@ -2,8 +2,9 @@
 //!
 //! In: a module, and the OSL sources that its operations came from. Out: the `.oso` file. It must not know what operations mean.
 
-use super::number::{escape, exact};
+use super::number::exact;
 use super::{Access, Element, Hint, HintArg, Literal, MAGIC, MAIN, Module, Op, SymType, Symbol, SymbolKind};
+use crate::escape::escape;
 use crate::types::{Base, Extent};
 use std::fmt::Write;
 

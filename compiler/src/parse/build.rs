@@ -6,6 +6,7 @@
 use super::Rule;
 use crate::ast::*;
 use crate::diag::Diagnostic;
+use crate::escape::unescape;
 use crate::preprocess::Preprocessed;
 use crate::source::Span;
 use pest::iterators::{Pair, Pairs};
@@ -453,37 +454,7 @@ impl<'a> Builder<'a> {
     /// Resolves C escapes; an unknown escape stands for the character itself.
     fn string(&self, pair: &Pair<'_, Rule>) -> String {
         let text = pair.as_str();
-        let inner = &text[1..text.len() - 1];
-        let mut out = String::with_capacity(inner.len());
-        let mut chars = inner.chars().peekable();
-        while let Some(c) = chars.next() {
-            if c != '\\' {
-                out.push(c);
-                continue;
-            }
-            match chars.next() {
-                Some('n') => out.push('\n'),
-                Some('t') => out.push('\t'),
-                Some('r') => out.push('\r'),
-                Some('v') => out.push('\x0b'),
-                Some('f') => out.push('\x0c'),
-                Some('a') => out.push('\x07'),
-                Some('b') => out.push('\x08'),
-                Some(d @ '0'..='7') => {
-                    let mut value = d as u32 - '0' as u32;
-                    for _ in 0..2 {
-                        match chars.next_if(|c| ('0'..='7').contains(c)) {
-                            Some(d) => value = value * 8 + (d as u32 - '0' as u32),
-                            None => break,
-                        }
-                    }
-                    out.push(char::from_u32(value).unwrap_or('?'));
-                }
-                Some(other) => out.push(other),
-                None => {}
-            }
-        }
-        out
+        unescape(&text[1..text.len() - 1])
     }
 }
 

@@ -9,7 +9,8 @@ use crate::attributes::{Attributes, Question};
 use crate::builtins::{self, FuncId, Lowering};
 use crate::interp;
 use crate::ir::{
-    Arg, BinaryOp, Block, Const, Input, Inst, Local, LocalId, LocalKind, Shader, Source, Stmt, Ty, Value, ValueId,
+    Arg, BinaryOp, Block, Const, Input, Inst, Local, LocalId, LocalKind, Rewriter, Shader, Source, Stmt, Ty, Value,
+    ValueId,
 };
 use crate::source::Span;
 use crate::types::{Base, Extent, Type};
@@ -27,12 +28,7 @@ pub(super) fn cases(shader: &mut Shader, settings: &Settings<'_>) -> bool {
     }
     let strings = Strings::of(shader);
     let mut cases = Cases { strings, shader, settings, changed: false };
-    for i in 0..cases.shader.params.len() {
-        let init = std::mem::take(&mut cases.shader.params[i].init);
-        cases.shader.params[i].init = cases.block(init);
-    }
-    let body = std::mem::take(&mut cases.shader.body);
-    cases.shader.body = cases.block(body);
+    cases.rewrite();
     cases.changed
 }
 
@@ -59,37 +55,29 @@ struct Cases<'a> {
 /// An argument: the value that tells the case, and what it can be. A constant has one case and needs no telling.
 type Choice = (Option<ValueId>, Vec<Const>);
 
-impl Cases<'_> {
-    fn block(&mut self, block: Block) -> Block {
-        let mut out = Block { stmts: Vec::with_capacity(block.stmts.len()) };
-        for stmt in block.stmts {
-            match stmt {
-                Stmt::Let(id) => {
-                    self.value(id, &mut out);
-                    out.stmts.push(Stmt::Let(id));
-                }
-                Stmt::Call { func, ref args, ref outputs, result: Some(result), span } if is_host(func) => {
-                    match self.statement(func, args, outputs, result, span, &mut out) {
-                        Some(()) => self.changed = true,
-                        None => out.stmts.push(stmt),
-                    }
-                }
-                Stmt::If(c, a, b) => {
-                    let (a, b) = (self.block(a), self.block(b));
-                    out.stmts.push(Stmt::If(c, a, b));
-                }
-                Stmt::Loop(mut l) => {
-                    l.head = self.block(l.head);
-                    l.body = self.block(l.body);
-                    l.step = self.block(l.step);
-                    out.stmts.push(Stmt::Loop(l));
-                }
-                other => out.stmts.push(other),
-            }
-        }
-        out
+impl Rewriter for Cases<'_> {
+    fn shader(&mut self) -> &mut Shader {
+        self.shader
     }
 
+    fn stmt(&mut self, stmt: Stmt, out: &mut Block) {
+        match stmt {
+            Stmt::Let(id) => {
+                self.value(id, out);
+                out.stmts.push(Stmt::Let(id));
+            }
+            Stmt::Call { func, ref args, ref outputs, result: Some(result), span } if is_host(func) => {
+                match self.statement(func, args, outputs, result, span, out) {
+                    Some(()) => self.changed = true,
+                    None => out.stmts.push(stmt),
+                }
+            }
+            other => out.stmts.push(other),
+        }
+    }
+}
+
+impl Cases<'_> {
     /// What each argument can be; `None` when there are too many cases, or unknown ones.
     fn choices(&self, args: &[Arg]) -> Option<Vec<Choice>> {
         let mut total = 1;
@@ -146,27 +134,20 @@ impl Cases<'_> {
         let mut branches = Vec::new();
         for _ in texts {
             let inst = self.select(rest, results, ty, span, out);
-            branches.push(self.emit(inst, ty, span, out));
+            branches.push(self.shader.emit(inst, ty, span, out));
         }
         let Some(mut chosen) = branches.pop() else { return Inst::Const(Const::Int(0)) };
         let Some(told_by) = told_by else { return self.shader.values[chosen.0 as usize].inst.clone() };
         for (text, branch) in texts.iter().zip(branches).rev() {
             let same = self.is(*told_by, text, span, out);
-            chosen = self.emit(Inst::Select(same, branch, chosen), ty, span, out);
+            chosen = self.shader.emit(Inst::Select(same, branch, chosen), ty, span, out);
         }
         self.shader.values[chosen.0 as usize].inst.clone()
     }
 
     fn is(&mut self, value: ValueId, text: &Const, span: Span, out: &mut Block) -> ValueId {
-        let text = self.emit(Inst::Const(text.clone()), Ty::Str, span, out);
-        self.emit(Inst::Binary(BinaryOp::Eq, value, text), Ty::Int, span, out)
-    }
-
-    fn emit(&mut self, inst: Inst, ty: Ty, span: Span, out: &mut Block) -> ValueId {
-        let id = ValueId(self.shader.values.len() as u32);
-        self.shader.values.push(Value { inst, ty, span });
-        out.stmts.push(Stmt::Let(id));
-        id
+        let text = self.shader.emit_constant(text.clone(), span, out);
+        self.shader.emit(Inst::Binary(BinaryOp::Eq, value, text), Ty::Int, span, out)
     }
 
     /// Answers a question for the number of the point, which only the device knows.
@@ -184,9 +165,9 @@ impl Cases<'_> {
         };
         let asked = builtins::row(func).name == "attribute_get" && is(0, "") && is(1, "shading:index") && is(3, "int");
         let Some(func) = builtins::find("shading_index").filter(|_| asked && self.settings.grid) else { return false };
-        let index = self.emit(Inst::Call(func, Vec::new()), Ty::Int, span, out);
+        let index = self.shader.emit(Inst::Call(func, Vec::new()), Ty::Int, span, out);
         out.stmts.push(Stmt::Store(output, index));
-        let one = self.emit(Inst::Const(Const::Int(1)), Ty::Int, span, out);
+        let one = self.shader.emit_constant(Const::Int(1), span, out);
         out.stmts.push(Stmt::Store(result, one));
         true
     }
@@ -224,12 +205,12 @@ impl Cases<'_> {
         let name = crate::attributes::userdata_name(name, *index, asked);
         let value = self.input(&name, Source::Userdata, declared, ty, len);
         let flag = self.input(&name, Source::HasUserdata, Type::scalar(Base::Int), Ty::Int, None);
-        let has = self.emit(Inst::Load(flag), Ty::Int, span, out);
+        let has = self.shader.emit(Inst::Load(flag), Ty::Int, span, out);
         let mut then = Block::default();
         if len.is_some() {
             then.stmts.push(Stmt::CopyArray(output, value));
         } else {
-            let value = self.emit(Inst::Load(value), ty, span, &mut then);
+            let value = self.shader.emit(Inst::Load(value), ty, span, &mut then);
             then.stmts.push(Stmt::Store(output, value));
         }
         out.stmts.push(Stmt::If(has, then, Block::default()));
@@ -305,17 +286,16 @@ impl Cases<'_> {
             let Some((elements, value)) = results.next() else { return };
             let single = self.shader.locals[targets.0.0 as usize].len.is_none();
             for (i, element) in elements.into_iter().enumerate() {
-                let ty = element.ty().unwrap_or(Ty::Int);
                 if single {
-                    let element = self.emit(Inst::Const(element), ty, span, out);
+                    let element = self.shader.emit_constant(element, span, out);
                     out.stmts.push(Stmt::Store(targets.0, element));
                     continue;
                 }
-                let index = self.emit(Inst::Const(Const::Int(i as i32)), Ty::Int, span, out);
-                let element = self.emit(Inst::Const(element), ty, span, out);
+                let index = self.shader.emit_constant(Const::Int(i as i32), span, out);
+                let element = self.shader.emit_constant(element, span, out);
                 out.stmts.push(Stmt::StoreElem(targets.0, index, element));
             }
-            let value = self.emit(Inst::Const(value), Ty::Int, span, out);
+            let value = self.shader.emit_constant(value, span, out);
             return out.stmts.push(Stmt::Store(targets.1, value));
         };
         let mut blocks = Vec::new();

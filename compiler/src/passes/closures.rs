@@ -10,7 +10,7 @@ mod print;
 use crate::builtins::{self, ClosureRole, sig};
 use crate::diag::Diagnostic;
 use crate::ir::{
-    Arg, BinaryOp, Block, Const, Global, Inst, LobeSlot, Local, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty,
+    Arg, BinaryOp, Block, Const, Global, Inst, LobeSlot, LocalId, LocalKind, Rewriter, Shader, SlotArg, Stmt, Ty,
     Value, ValueId,
 };
 use crate::source::Span;
@@ -135,6 +135,34 @@ struct Pass<'a> {
     errors: Vec<Diagnostic>,
 }
 
+impl Rewriter for Pass<'_> {
+    fn shader(&mut self) -> &mut Shader {
+        self.shader
+    }
+
+    fn stmt(&mut self, stmt: Stmt, out: &mut Block) {
+        let is_closure = |shader: &Shader, l: LocalId| shader.locals[l.0 as usize].ty == Ty::Closure;
+        match stmt {
+            Stmt::Let(id) => self.value(id, out),
+            Stmt::Store(local, value) if is_closure(self.shader, local) => self.store(local, None, value, out),
+            Stmt::StoreElem(local, index, value) if is_closure(self.shader, local) => {
+                self.store(local, Some(index), value, out);
+            }
+            Stmt::CopyArray(to, from) if is_closure(self.shader, to) => {
+                // Slots that the source never has get an array of zeros to copy from: its weights are never stored.
+                for slot in self.reach.locals.get(&to).cloned().unwrap_or_default() {
+                    let (a, b) = (self.weight(to, slot), self.weight(from, slot));
+                    out.stmts.push(Stmt::CopyArray(a, b));
+                }
+            }
+            Stmt::Call { func, args, span, .. } if self.prints_closures(func, &args) => {
+                self.print(func, &args, span, out);
+            }
+            other => out.stmts.push(other),
+        }
+    }
+}
+
 impl Pass<'_> {
     fn unsupported(&self) -> Option<Diagnostic> {
         let is_closure = |l: LocalId| self.shader.locals[l.0 as usize].ty == Ty::Closure;
@@ -143,12 +171,7 @@ impl Pass<'_> {
     }
 
     fn run(&mut self) {
-        for i in 0..self.shader.params.len() {
-            let init = std::mem::take(&mut self.shader.params[i].init);
-            self.shader.params[i].init = self.block(init);
-        }
-        let body = std::mem::take(&mut self.shader.body);
-        self.shader.body = self.block(body);
+        self.rewrite();
         let ci = self.shader.locals.iter().position(|l| l.kind == LocalKind::Global(Global::Ci));
         let Some(ci) = ci.map(|i| LocalId(i as u32)) else { return };
         let reaching = self.reach.locals.get(&ci).cloned().unwrap_or_default();
@@ -167,11 +190,11 @@ impl Pass<'_> {
         let Some(tint) = row.tint.map(usize::from) else { return };
         let mut out = std::mem::take(&mut self.shader.body);
         let span = lobe.span;
-        let weight = self.emit(&mut out, Inst::Load(lobe.weight), Ty::Triple, span);
+        let weight = self.shader.emit(Inst::Load(lobe.weight), Ty::Triple, span, &mut out);
         let factor = self.argument(&lobe.args[tint].clone(), span, &mut out);
-        let product = self.emit(&mut out, Inst::Binary(BinaryOp::Mul, weight, factor), Ty::Triple, span);
+        let product = self.shader.emit(Inst::Binary(BinaryOp::Mul, weight, factor), Ty::Triple, span, &mut out);
         let name = format!("{}_tinted", self.shader.locals[lobe.weight.0 as usize].name);
-        let local = self.add_local(name, Ty::Triple);
+        let local = self.shader.add_variable(name, Ty::Triple, None);
         out.stmts.push(Stmt::Store(local, product));
         self.shader.body = out;
         lobe.weight = local;
@@ -184,7 +207,7 @@ impl Pass<'_> {
             SlotArg::Const(c) => (Inst::Const(c.clone()), c.ty().unwrap_or(Ty::Int)),
             SlotArg::Local(l) => (Inst::Load(*l), self.shader.locals[l.0 as usize].ty),
         };
-        self.emit(out, inst, ty, span)
+        self.shader.emit(inst, ty, span, out)
     }
 
     /// `layer(top, base)`: what the top leaves of the light reaches the base. The top's albedo is the sum over its lobes of weight times
@@ -199,48 +222,43 @@ impl Pass<'_> {
             }
             let args: Vec<ValueId> = call.args.iter().map(|arg| self.argument(arg, span, out)).collect();
             let tint = row.tint.map(|t| args[usize::from(t)]);
-            let mut share = self.emit(out, Inst::Albedo(call.closure, args), Ty::Triple, span);
+            let mut share = self.shader.emit(Inst::Albedo(call.closure, args), Ty::Triple, span, out);
             for factor in tint.into_iter().chain([*weight]) {
-                share = self.emit(out, Inst::Binary(BinaryOp::Mul, share, factor), Ty::Triple, span);
+                share = self.shader.emit(Inst::Binary(BinaryOp::Mul, share, factor), Ty::Triple, span, out);
             }
             // A call that was not reached has weight 0, and arguments that mean nothing.
-            let zero = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
-            let reached = self.emit(out, Inst::Binary(BinaryOp::Ne, *weight, zero), Ty::Int, span);
-            share = self.emit(out, Inst::Select(reached, share, zero), Ty::Triple, span);
+            let zero = self.shader.emit_constant(Const::Triple([0.0; 3]), span, out);
+            let reached = self.shader.emit(Inst::Binary(BinaryOp::Ne, *weight, zero), Ty::Int, span, out);
+            share = self.shader.emit(Inst::Select(reached, share, zero), Ty::Triple, span, out);
             covered = Some(match covered {
-                Some(sum) => self.emit(out, Inst::Binary(BinaryOp::Add, sum, share), Ty::Triple, span),
+                Some(sum) => self.shader.emit(Inst::Binary(BinaryOp::Add, sum, share), Ty::Triple, span, out),
                 None => share,
             });
         }
         let mut list = top.to_vec();
         let factor = covered.map(|covered| {
-            let one = self.emit(out, Inst::Const(Const::Triple([1.0; 3])), Ty::Triple, span);
-            let zero = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
-            let left = self.emit(out, Inst::Binary(BinaryOp::Sub, one, covered), Ty::Triple, span);
+            let one = self.shader.emit_constant(Const::Triple([1.0; 3]), span, out);
+            let zero = self.shader.emit_constant(Const::Triple([0.0; 3]), span, out);
+            let left = self.shader.emit(Inst::Binary(BinaryOp::Sub, one, covered), Ty::Triple, span, out);
             match builtins::find("clamp") {
                 Some(clamp) => {
                     let args = [left, zero, one].map(Arg::Value).to_vec();
-                    self.emit(out, Inst::Call(clamp, args), Ty::Triple, span)
+                    self.shader.emit(Inst::Call(clamp, args), Ty::Triple, span, out)
                 }
                 None => left,
             }
         });
         for (slot, w) in base {
             let w = match factor {
-                Some(f) => self.emit(out, Inst::Binary(BinaryOp::Mul, *w, f), Ty::Triple, span),
+                Some(f) => self.shader.emit(Inst::Binary(BinaryOp::Mul, *w, f), Ty::Triple, span, out),
                 None => *w,
             };
             match list.iter_mut().find(|(s, _)| s == slot) {
-                Some((_, sum)) => *sum = self.emit(out, Inst::Binary(BinaryOp::Add, *sum, w), Ty::Triple, span),
+                Some((_, sum)) => *sum = self.shader.emit(Inst::Binary(BinaryOp::Add, *sum, w), Ty::Triple, span, out),
                 None => list.push((*slot, w)),
             }
         }
         list
-    }
-
-    fn add_local(&mut self, name: String, ty: Ty) -> LocalId {
-        self.shader.locals.push(Local { name, ty, len: None, kind: LocalKind::Variable });
-        LocalId(self.shader.locals.len() as u32 - 1)
     }
 
     fn weight(&mut self, local: LocalId, slot: u32) -> LocalId {
@@ -249,60 +267,10 @@ impl Pass<'_> {
         }
         let index = self.calls.keys().position(|k| *k == slot).unwrap_or(0);
         let name = format!("{}_w{index}", self.shader.locals[local.0 as usize].name);
-        let id = self.add_local(name, Ty::Triple);
+        let id = self.shader.add_variable(name, Ty::Triple, None);
         self.shader.locals[id.0 as usize].len = self.shader.locals[local.0 as usize].len;
         self.weights.insert((local, slot), id);
         id
-    }
-
-    fn emit(&mut self, out: &mut Block, inst: Inst, ty: Ty, span: Span) -> ValueId {
-        let id = ValueId(self.shader.values.len() as u32);
-        self.shader.values.push(Value { inst, ty, span });
-        out.stmts.push(Stmt::Let(id));
-        id
-    }
-
-    fn block(&mut self, block: Block) -> Block {
-        let mut out = Block::default();
-        for stmt in block.stmts {
-            match stmt {
-                Stmt::Let(id) => self.value(id, &mut out),
-                Stmt::Store(local, value) if self.shader.locals[local.0 as usize].ty == Ty::Closure => {
-                    self.store(local, None, value, &mut out);
-                }
-                Stmt::StoreElem(local, index, value) if self.shader.locals[local.0 as usize].ty == Ty::Closure => {
-                    self.store(local, Some(index), value, &mut out);
-                }
-                Stmt::CopyArray(to, from) if self.shader.locals[to.0 as usize].ty == Ty::Closure => {
-                    // Slots that the source never has get an array of zeros to copy from: its weights are never stored.
-                    for slot in self.reach.locals.get(&to).cloned().unwrap_or_default() {
-                        let (a, b) = (self.weight(to, slot), self.weight(from, slot));
-                        out.stmts.push(Stmt::CopyArray(a, b));
-                    }
-                }
-                Stmt::Call { func, args, span, .. } if self.prints_closures(func, &args) => {
-                    self.print(func, &args, span, &mut out);
-                }
-                Stmt::If(cond, a, b) => {
-                    let a = self.block(a);
-                    let b = self.block(b);
-                    out.stmts.push(Stmt::If(cond, a, b));
-                }
-                Stmt::Loop(l) => {
-                    let Loop { head, cond, tested_after, body, step } = *l;
-                    let (head, body) = if tested_after {
-                        let body = self.block(body);
-                        (self.block(head), body)
-                    } else {
-                        (self.block(head), self.block(body))
-                    };
-                    let step = self.block(step);
-                    out.stmts.push(Stmt::Loop(Box::new(Loop { head, cond, tested_after, body, step })));
-                }
-                other => out.stmts.push(other),
-            }
-        }
-        out
     }
 
     /// `local = value` or `local[index] = value`: every slot that can be in the local gets its weight, zero for those not in
@@ -313,7 +281,7 @@ impl Pass<'_> {
         for slot in self.reach.locals.get(&local).cloned().unwrap_or_default() {
             let weight = match given.iter().find(|(s, _)| *s == slot) {
                 Some((_, w)) => *w,
-                None => self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span),
+                None => self.shader.emit_constant(Const::Triple([0.0; 3]), span, out),
             };
             let target = self.weight(local, slot);
             out.stmts.push(match index {
@@ -334,7 +302,7 @@ impl Pass<'_> {
             }
             Inst::Closure(closure, args) => {
                 self.call(id, *closure, args, span, out);
-                let one = self.emit(out, Inst::Const(Const::Triple([1.0; 3])), Ty::Triple, span);
+                let one = self.shader.emit_constant(Const::Triple([1.0; 3]), span, out);
                 vec![(id.0, one)]
             }
             Inst::Load(l) => {
@@ -342,7 +310,7 @@ impl Pass<'_> {
                 let mut list = Vec::new();
                 for slot in slots {
                     let local = self.weight(*l, slot);
-                    list.push((slot, self.emit(out, Inst::Load(local), Ty::Triple, span)));
+                    list.push((slot, self.shader.emit(Inst::Load(local), Ty::Triple, span, out)));
                 }
                 list
             }
@@ -351,18 +319,18 @@ impl Pass<'_> {
                 let mut list = Vec::new();
                 for slot in slots {
                     let local = self.weight(*l, slot);
-                    list.push((slot, self.emit(out, Inst::LoadElem(local, *index), Ty::Triple, span)));
+                    list.push((slot, self.shader.emit(Inst::LoadElem(local, *index), Ty::Triple, span, out)));
                 }
                 list
             }
             Inst::ScaleClosure(a, x) => {
                 let mut factor = *x;
                 if self.shader.values[x.0 as usize].ty == Ty::Float {
-                    factor = self.emit(out, Inst::Convert(factor), Ty::Triple, span);
+                    factor = self.shader.emit(Inst::Convert(factor), Ty::Triple, span, out);
                 }
                 let mut list = of(self, a);
                 for (_, w) in &mut list {
-                    *w = self.emit(out, Inst::Binary(BinaryOp::Mul, *w, factor), Ty::Triple, span);
+                    *w = self.shader.emit(Inst::Binary(BinaryOp::Mul, *w, factor), Ty::Triple, span, out);
                 }
                 list
             }
@@ -370,7 +338,9 @@ impl Pass<'_> {
                 let mut list = of(self, a);
                 for (slot, w) in of(self, b) {
                     match list.iter_mut().find(|(s, _)| *s == slot) {
-                        Some((_, sum)) => *sum = self.emit(out, Inst::Binary(BinaryOp::Add, *sum, w), Ty::Triple, span),
+                        Some((_, sum)) => {
+                            *sum = self.shader.emit(Inst::Binary(BinaryOp::Add, *sum, w), Ty::Triple, span, out)
+                        }
                         None => list.push((slot, w)),
                     }
                 }
@@ -383,13 +353,13 @@ impl Pass<'_> {
             Inst::Select(c, a, b) => {
                 let (a, b) = (of(self, a), of(self, b));
                 let slots: Slots = a.iter().chain(&b).map(|(s, _)| *s).collect();
-                let zero = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
+                let zero = self.shader.emit_constant(Const::Triple([0.0; 3]), span, out);
                 let find =
                     |list: &[(u32, ValueId)], slot| list.iter().find(|(s, _)| *s == slot).map_or(zero, |(_, w)| *w);
                 let mut list = Vec::new();
                 for slot in slots {
                     let inst = Inst::Select(*c, find(&a, slot), find(&b, slot));
-                    list.push((slot, self.emit(out, inst, Ty::Triple, span)));
+                    list.push((slot, self.shader.emit(inst, Ty::Triple, span, out)));
                 }
                 list
             }
@@ -405,7 +375,7 @@ impl Pass<'_> {
             return SlotArg::Const(c.clone());
         }
         let ty = value.ty;
-        let local = self.add_local(name, ty);
+        let local = self.shader.add_variable(name, ty, None);
         out.stmts.push(Stmt::Store(local, arg));
         SlotArg::Local(local)
     }
@@ -428,14 +398,14 @@ impl Pass<'_> {
 
     /// A closure is set when some weight is not zero.
     fn is_set(&mut self, id: ValueId, weights: Vec<(u32, ValueId)>, span: Span, out: &mut Block) {
-        let mut any = self.emit(out, Inst::Const(Const::Int(0)), Ty::Int, span);
+        let mut any = self.shader.emit_constant(Const::Int(0), span, out);
         for (_, w) in weights {
-            let zero = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
-            let set = self.emit(out, Inst::Binary(BinaryOp::Ne, w, zero), Ty::Int, span);
-            any = self.emit(out, Inst::Binary(BinaryOp::BitOr, any, set), Ty::Int, span);
+            let zero = self.shader.emit_constant(Const::Triple([0.0; 3]), span, out);
+            let set = self.shader.emit(Inst::Binary(BinaryOp::Ne, w, zero), Ty::Int, span, out);
+            any = self.shader.emit(Inst::Binary(BinaryOp::BitOr, any, set), Ty::Int, span, out);
         }
         // The value keeps its handle, since others refer to it.
-        let zero = self.emit(out, Inst::Const(Const::Int(0)), Ty::Int, span);
+        let zero = self.shader.emit_constant(Const::Int(0), span, out);
         self.shader.values[id.0 as usize].inst = Inst::Binary(BinaryOp::Ne, any, zero);
         out.stmts.push(Stmt::Let(id));
     }

@@ -7,7 +7,7 @@
 
 use crate::builtins::{self, FuncId};
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, BinaryOp, Block, Const, Inst, Local, LocalId, LocalKind, Shader, Stmt, Ty, Value, ValueId};
+use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Rewriter, Shader, Stmt, Ty, ValueId};
 use crate::messages::code;
 use crate::source::{SourceMap, Span};
 
@@ -36,10 +36,10 @@ pub(super) fn dialogue(shader: &mut Shader, sources: Option<&SourceMap>) -> Resu
     let mut found = Vec::new();
     for block in shader.blocks() {
         block.walk(&mut |s| {
-            if let Stmt::Call { func, args, outputs, span, .. } = s
+            if let Stmt::Call { func, args, span, .. } = s
                 && (*func == set || *func == get)
             {
-                found.push((*func == set, args.clone(), outputs.clone(), *span));
+                found.push((*func == set, args.clone(), *span));
             }
         });
     }
@@ -48,7 +48,7 @@ pub(super) fn dialogue(shader: &mut Shader, sources: Option<&SourceMap>) -> Resu
     }
     let mut dialogue = Dialogue { shader, set, get, calls: Vec::new(), slots: Vec::new(), states: Vec::new(), next: 0 };
     let mut errors = Vec::new();
-    for (sets, args, outputs, span) in found {
+    for (sets, args, span) in found {
         let text = |i: usize| dialogue.text(args.get(i));
         let at = usize::from(!sets);
         let (Some(name), Some(ty)) = (text(at), text(at + 1)) else {
@@ -60,7 +60,6 @@ pub(super) fn dialogue(shader: &mut Shader, sources: Option<&SourceMap>) -> Resu
         if sets {
             dialogue.slot(&name, &ty, args.get(2));
         }
-        let _ = outputs;
         dialogue.calls.push(Call { name, ty, sets, place });
     }
     if dialogue.calls.len() > MAX_CALLS {
@@ -70,12 +69,7 @@ pub(super) fn dialogue(shader: &mut Shader, sources: Option<&SourceMap>) -> Resu
     if !errors.is_empty() {
         return Err(errors);
     }
-    for i in 0..dialogue.shader.params.len() {
-        let init = std::mem::take(&mut dialogue.shader.params[i].init);
-        dialogue.shader.params[i].init = dialogue.block(init);
-    }
-    let body = std::mem::take(&mut dialogue.shader.body);
-    dialogue.shader.body = dialogue.block(body);
+    dialogue.rewrite();
     Ok(())
 }
 
@@ -111,6 +105,28 @@ struct Dialogue<'a> {
     next: usize,
 }
 
+impl Rewriter for Dialogue<'_> {
+    fn shader(&mut self) -> &mut Shader {
+        self.shader
+    }
+
+    fn stmt(&mut self, stmt: Stmt, out: &mut Block) {
+        match stmt {
+            Stmt::Call { func, args, span, .. } if func == self.set => {
+                let number = self.next;
+                self.next += 1;
+                self.send(number, &args, span, out);
+            }
+            Stmt::Call { func, outputs, result, span, .. } if func == self.get => {
+                let number = self.next;
+                self.next += 1;
+                self.receive(number, outputs.first().copied(), result, span, out);
+            }
+            other => out.stmts.push(other),
+        }
+    }
+}
+
 impl Dialogue<'_> {
     fn text(&self, arg: Option<&Arg>) -> Option<String> {
         match arg {
@@ -120,11 +136,6 @@ impl Dialogue<'_> {
             },
             _ => None,
         }
-    }
-
-    fn local(&mut self, name: String, ty: Ty, len: Option<u32>) -> LocalId {
-        self.shader.locals.push(Local { name, ty, len, kind: LocalKind::Variable });
-        LocalId(self.shader.locals.len() as u32 - 1)
     }
 
     /// The variable of a message that is set with this value.
@@ -140,7 +151,7 @@ impl Dialogue<'_> {
             }
             None => return,
         };
-        let local = self.local(format!("message_{name}"), kind, len);
+        let local = self.shader.add_variable(format!("message_{name}"), kind, len);
         self.slots.push(Slot { name: name.to_owned(), ty: ty.to_owned(), local });
     }
 
@@ -148,50 +159,13 @@ impl Dialogue<'_> {
         if let Some((_, local)) = self.states.iter().find(|(n, _)| n == name) {
             return *local;
         }
-        let local = self.local(format!("state_{name}"), Ty::Int, None);
+        let local = self.shader.add_variable(format!("state_{name}"), Ty::Int, None);
         self.states.push((name.to_owned(), local));
         local
     }
 
-    fn block(&mut self, block: Block) -> Block {
-        let mut out = Block { stmts: Vec::with_capacity(block.stmts.len()) };
-        for stmt in block.stmts {
-            match stmt {
-                Stmt::Call { func, args, span, .. } if func == self.set => {
-                    let number = self.next;
-                    self.next += 1;
-                    self.send(number, &args, span, &mut out);
-                }
-                Stmt::Call { func, outputs, result, span, .. } if func == self.get => {
-                    let number = self.next;
-                    self.next += 1;
-                    self.receive(number, outputs.first().copied(), result, span, &mut out);
-                }
-                Stmt::If(c, a, b) => {
-                    let (a, b) = (self.block(a), self.block(b));
-                    out.stmts.push(Stmt::If(c, a, b));
-                }
-                Stmt::Loop(mut l) => {
-                    l.head = self.block(l.head);
-                    l.body = self.block(l.body);
-                    l.step = self.block(l.step);
-                    out.stmts.push(Stmt::Loop(l));
-                }
-                other => out.stmts.push(other),
-            }
-        }
-        out
-    }
-
-    fn emit(&mut self, inst: Inst, ty: Ty, span: Span, out: &mut Block) -> ValueId {
-        let id = ValueId(self.shader.values.len() as u32);
-        self.shader.values.push(Value { inst, ty, span });
-        out.stmts.push(Stmt::Let(id));
-        id
-    }
-
     fn int(&mut self, v: i32, span: Span, out: &mut Block) -> ValueId {
-        self.emit(Inst::Const(Const::Int(v)), Ty::Int, span, out)
+        self.shader.emit_constant(Const::Int(v), span, out)
     }
 
     /// Does `then` when the state is `value`.
@@ -203,9 +177,9 @@ impl Dialogue<'_> {
         out: &mut Block,
         then: impl FnOnce(&mut Self, &mut Block),
     ) {
-        let now = self.emit(Inst::Load(state), Ty::Int, span, out);
+        let now = self.shader.emit(Inst::Load(state), Ty::Int, span, out);
         let value = self.int(value, span, out);
-        let same = self.emit(Inst::Binary(BinaryOp::Eq, now, value), Ty::Int, span, out);
+        let same = self.shader.emit(Inst::Binary(BinaryOp::Eq, now, value), Ty::Int, span, out);
         let mut block = Block::default();
         then(self, &mut block);
         out.stmts.push(Stmt::If(same, block, Block::default()));
@@ -215,7 +189,7 @@ impl Dialogue<'_> {
         let Some(func) = builtins::find("print") else { return };
         let code = self.int(code::RUNTIME, span, out);
         // The text is no format.
-        let parts = ["", "%s", &text].map(|s| self.emit(Inst::Const(Const::Str(s.to_owned())), Ty::Str, span, out));
+        let parts = ["", "%s", &text].map(|s| self.shader.emit_constant(Const::Str(s.to_owned()), span, out));
         let args = [code, parts[0], parts[1], parts[2]].map(Arg::Value).to_vec();
         out.stmts.push(Stmt::Call { func, args, outputs: Vec::new(), result: None, span });
     }
@@ -230,8 +204,8 @@ impl Dialogue<'_> {
         let call = self.calls[number].clone();
         let state = self.state(&call.name);
         // What was there before decides; it must not see what this call does.
-        let before = self.local("state".to_owned(), Ty::Int, None);
-        let now = self.emit(Inst::Load(state), Ty::Int, span, out);
+        let before = self.shader.add_variable("state".to_owned(), Ty::Int, None);
+        let now = self.shader.emit(Inst::Load(state), Ty::Int, span, out);
         out.stmts.push(Stmt::Store(before, now));
         self.when(before, 0, span, out, |this, then| {
             let slot = this.slots.iter().find(|s| s.name == call.name && s.ty == call.ty).map(|s| s.local);
@@ -303,7 +277,7 @@ impl Dialogue<'_> {
                 if source.len.is_some() {
                     then.stmts.push(Stmt::CopyArray(output, slot));
                 } else {
-                    let value = this.emit(Inst::Load(slot), source.ty, span, then);
+                    let value = this.shader.emit(Inst::Load(slot), source.ty, span, then);
                     then.stmts.push(Stmt::Store(output, value));
                 }
                 let one = this.int(1, span, then);

@@ -9,7 +9,7 @@ use super::strings::Strings;
 use crate::builtins::{self, FuncId};
 use crate::diag::Diagnostic;
 use crate::dictionary::{Dictionary, numbers};
-use crate::ir::{Arg, BinaryOp, Block, Const, Inst, Local, LocalId, LocalKind, Shader, Stmt, Ty, Value, ValueId};
+use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Rewriter, Shader, Stmt, Ty, Value, ValueId};
 use crate::messages::code;
 use crate::source::Span;
 use std::collections::BTreeSet;
@@ -57,7 +57,7 @@ pub(super) fn dictionary(shader: &mut Shader, settings: &Settings<'_>) -> Result
     };
     pass.search();
     if pass.errors.is_empty() {
-        pass.rewrite();
+        pass.answer();
     }
     if pass.errors.is_empty() { Ok(()) } else { Err(pass.errors) }
 }
@@ -97,6 +97,25 @@ struct Pass<'a> {
     /// Fills the tables.
     head: Block,
     errors: Vec<Diagnostic>,
+}
+
+impl Rewriter for Pass<'_> {
+    fn shader(&mut self) -> &mut Shader {
+        self.shader
+    }
+
+    fn stmt(&mut self, stmt: Stmt, out: &mut Block) {
+        match stmt {
+            Stmt::Let(id) => {
+                self.value(id, out);
+                out.stmts.push(Stmt::Let(id));
+            }
+            Stmt::Call { func, args, outputs, result, span } if func == self.rows.get => {
+                self.get(&args, &outputs, result, span, out);
+            }
+            other => out.stmts.push(other),
+        }
+    }
 }
 
 impl Pass<'_> {
@@ -160,13 +179,9 @@ impl Pass<'_> {
         }
     }
 
-    fn rewrite(&mut self) {
-        for i in 0..self.shader.params.len() {
-            let init = std::mem::take(&mut self.shader.params[i].init);
-            self.shader.params[i].init = self.block(init);
-        }
-        let body = std::mem::take(&mut self.shader.body);
-        self.shader.body = self.block(body);
+    /// Answers the questions; the tables are filled before anything runs.
+    fn answer(&mut self) {
+        self.rewrite();
         let mut head = std::mem::take(&mut self.head);
         let first = match self.shader.params.first_mut() {
             Some(param) => &mut param.init,
@@ -176,56 +191,17 @@ impl Pass<'_> {
         *first = head;
     }
 
-    fn block(&mut self, block: Block) -> Block {
-        let mut out = Block { stmts: Vec::with_capacity(block.stmts.len()) };
-        for stmt in block.stmts {
-            match stmt {
-                Stmt::Let(id) => {
-                    self.value(id, &mut out);
-                    out.stmts.push(Stmt::Let(id));
-                }
-                Stmt::Call { func, args, outputs, result, span } if func == self.rows.get => {
-                    self.get(&args, &outputs, result, span, &mut out);
-                }
-                Stmt::If(c, a, b) => {
-                    let (a, b) = (self.block(a), self.block(b));
-                    out.stmts.push(Stmt::If(c, a, b));
-                }
-                Stmt::Loop(mut l) => {
-                    l.head = self.block(l.head);
-                    l.body = self.block(l.body);
-                    l.step = self.block(l.step);
-                    out.stmts.push(Stmt::Loop(l));
-                }
-                other => out.stmts.push(other),
-            }
-        }
-        out
-    }
-
-    fn emit(&mut self, inst: Inst, ty: Ty, span: Span, out: &mut Block) -> ValueId {
-        let id = ValueId(self.shader.values.len() as u32);
-        self.shader.values.push(Value { inst, ty, span });
-        out.stmts.push(Stmt::Let(id));
-        id
-    }
-
-    fn constant(&mut self, c: Const, span: Span, out: &mut Block) -> ValueId {
-        let ty = c.ty().unwrap_or(Ty::Int);
-        self.emit(Inst::Const(c), ty, span, out)
-    }
-
     /// The choice by a text among values, one for each that it can be.
     fn choose(&mut self, by: ValueId, options: Vec<(String, ValueId)>, ty: Ty, span: Span, out: &mut Block) -> ValueId {
         let mut options = options.into_iter().rev();
         let mut chosen = match options.next() {
             Some((_, value)) => value,
-            None => return self.constant(Const::Int(0), span, out),
+            None => return self.shader.emit_constant(Const::Int(0), span, out),
         };
         for (text, value) in options {
-            let text = self.constant(Const::Str(text), span, out);
-            let same = self.emit(Inst::Binary(BinaryOp::Eq, by, text), Ty::Int, span, out);
-            chosen = self.emit(Inst::Select(same, value, chosen), ty, span, out);
+            let text = self.shader.emit_constant(Const::Str(text), span, out);
+            let same = self.shader.emit(Inst::Binary(BinaryOp::Eq, by, text), Ty::Int, span, out);
+            chosen = self.shader.emit(Inst::Select(same, value, chosen), ty, span, out);
         }
         chosen
     }
@@ -244,7 +220,7 @@ impl Pass<'_> {
                     let mut options = Vec::new();
                     for q in queries {
                         let table = self.table(Table::From(q.clone()), span);
-                        options.push((q, self.emit(Inst::LoadElem(table, *of), Ty::Int, span, out)));
+                        options.push((q, self.shader.emit(Inst::LoadElem(table, *of), Ty::Int, span, out)));
                     }
                     self.choose(*query, options, Ty::Int, span, out)
                 };
@@ -274,7 +250,7 @@ impl Pass<'_> {
             let mut found = Vec::new();
             for q in queries {
                 let node = self.dictionary.find(&document, q);
-                found.push((q.clone(), self.constant(Const::Int(node), span, out)));
+                found.push((q.clone(), self.shader.emit_constant(Const::Int(node), span, out)));
             }
             options.push((document, self.choose(query, found, Ty::Int, span, out)));
         }
@@ -285,21 +261,21 @@ impl Pass<'_> {
     fn complain(&mut self, text: String, when: Option<(ValueId, &str)>, span: Span, out: &mut Block) {
         let Some(func) = builtins::find("print") else { return };
         let mut block = Block::default();
-        let code = self.constant(Const::Int(code::RUNTIME), span, &mut block);
-        let parts = ["", "%s", &text].map(|s| self.constant(Const::Str(s.to_owned()), span, &mut block));
+        let code = self.shader.emit_constant(Const::Int(code::RUNTIME), span, &mut block);
+        let parts = ["", "%s", &text].map(|s| self.shader.emit_constant(Const::Str(s.to_owned()), span, &mut block));
         let args = [code, parts[0], parts[1], parts[2]].map(Arg::Value).to_vec();
         block.stmts.push(Stmt::Call { func, args, outputs: Vec::new(), result: None, span });
         if let Some(index) = builtins::find("shading_index").filter(|_| self.grid) {
             let mut test = Block::default();
-            let index = self.emit(Inst::Call(index, Vec::new()), Ty::Int, span, &mut test);
-            let later = self.constant(Const::Int(0), span, &mut test);
-            let first = self.emit(Inst::Binary(BinaryOp::Eq, index, later), Ty::Int, span, &mut test);
+            let index = self.shader.emit(Inst::Call(index, Vec::new()), Ty::Int, span, &mut test);
+            let later = self.shader.emit_constant(Const::Int(0), span, &mut test);
+            let first = self.shader.emit(Inst::Binary(BinaryOp::Eq, index, later), Ty::Int, span, &mut test);
             test.stmts.push(Stmt::If(first, block, Block::default()));
             block = test;
         }
         if let Some((of, document)) = when {
-            let text = self.constant(Const::Str(document.to_owned()), span, out);
-            let same = self.emit(Inst::Binary(BinaryOp::Eq, of, text), Ty::Int, span, out);
+            let text = self.shader.emit_constant(Const::Str(document.to_owned()), span, out);
+            let same = self.shader.emit(Inst::Binary(BinaryOp::Eq, of, text), Ty::Int, span, out);
             out.stmts.push(Stmt::If(same, block, Block::default()));
         } else {
             out.stmts.append(&mut block.stmts);
@@ -312,38 +288,38 @@ impl Pass<'_> {
             return;
         };
         let Inst::Const(Const::Str(ty)) = self.shader.values[ty.0 as usize].inst.clone() else { return };
-        let zero = self.constant(Const::Int(0), span, out);
+        let zero = self.shader.emit_constant(Const::Int(0), span, out);
         out.stmts.push(Stmt::Store(result, zero));
         let names = self.texts(args.get(1)).unwrap_or_default();
         let only = names.len() == 1;
         let target = self.shader.locals[output.0 as usize].clone();
         for attribute in names {
             let has = self.table(Table::Has(attribute.clone(), ty.clone()), span);
-            let mut has = self.emit(Inst::LoadElem(has, *node), Ty::Int, span, out);
+            let mut has = self.shader.emit(Inst::LoadElem(has, *node), Ty::Int, span, out);
             if !only {
-                let text = self.constant(Const::Str(attribute.clone()), span, out);
-                let same = self.emit(Inst::Binary(BinaryOp::Eq, *name, text), Ty::Int, span, out);
-                has = self.emit(Inst::Binary(BinaryOp::BitAnd, has, same), Ty::Int, span, out);
+                let text = self.shader.emit_constant(Const::Str(attribute.clone()), span, out);
+                let same = self.shader.emit(Inst::Binary(BinaryOp::Eq, *name, text), Ty::Int, span, out);
+                has = self.shader.emit(Inst::Binary(BinaryOp::BitAnd, has, same), Ty::Int, span, out);
             }
             let table = self.table(Table::Value(attribute, ty.clone()), span);
             let mut then = Block::default();
             match target.len {
                 None => {
-                    let value = self.emit(Inst::LoadElem(table, *node), target.ty, span, &mut then);
+                    let value = self.shader.emit(Inst::LoadElem(table, *node), target.ty, span, &mut then);
                     then.stmts.push(Stmt::Store(*output, value));
                 }
                 Some(len) => {
-                    let width = self.constant(Const::Int(len as i32), span, &mut then);
-                    let first = self.emit(Inst::Binary(BinaryOp::Mul, *node, width), Ty::Int, span, &mut then);
+                    let width = self.shader.emit_constant(Const::Int(len as i32), span, &mut then);
+                    let first = self.shader.emit(Inst::Binary(BinaryOp::Mul, *node, width), Ty::Int, span, &mut then);
                     for k in 0..len as i32 {
-                        let k = self.constant(Const::Int(k), span, &mut then);
-                        let at = self.emit(Inst::Binary(BinaryOp::Add, first, k), Ty::Int, span, &mut then);
-                        let value = self.emit(Inst::LoadElem(table, at), target.ty, span, &mut then);
+                        let k = self.shader.emit_constant(Const::Int(k), span, &mut then);
+                        let at = self.shader.emit(Inst::Binary(BinaryOp::Add, first, k), Ty::Int, span, &mut then);
+                        let value = self.shader.emit(Inst::LoadElem(table, at), target.ty, span, &mut then);
                         then.stmts.push(Stmt::StoreElem(*output, k, value));
                     }
                 }
             }
-            let one = self.constant(Const::Int(1), span, &mut then);
+            let one = self.shader.emit_constant(Const::Int(1), span, &mut then);
             then.stmts.push(Stmt::Store(result, one));
             out.stmts.push(Stmt::If(has, then, Block::default()));
         }
@@ -371,12 +347,11 @@ impl Pass<'_> {
         }
         let ty = items.first().and_then(Const::ty).unwrap_or(Ty::Int);
         let len = Some(items.len() as u32);
-        self.shader.locals.push(Local { name: "dictionary".to_owned(), ty, len, kind: LocalKind::Variable });
-        let local = LocalId(self.shader.locals.len() as u32 - 1);
+        let local = self.shader.add_variable("dictionary".to_owned(), ty, len);
         let mut head = std::mem::take(&mut self.head);
         for (i, item) in items.into_iter().enumerate() {
-            let index = self.constant(Const::Int(i as i32), span, &mut head);
-            let item = self.constant(item, span, &mut head);
+            let index = self.shader.emit_constant(Const::Int(i as i32), span, &mut head);
+            let item = self.shader.emit_constant(item, span, &mut head);
             head.stmts.push(Stmt::StoreElem(local, index, item));
         }
         self.head = head;

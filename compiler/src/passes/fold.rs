@@ -9,7 +9,7 @@ use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::interp::{self, ops};
 use crate::ir::{
-    Arg, BinaryOp, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, UnaryOp, Value, ValueId,
+    Arg, BinaryOp, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, UnaryOp, ValueId,
 };
 use crate::source::Span;
 use std::collections::HashMap;
@@ -281,11 +281,8 @@ impl Folder<'_> {
     }
 
     fn constant(&mut self, c: Const, span: Span, out: &mut Block) -> ValueId {
-        let id = ValueId(self.shader.values.len() as u32);
-        let ty = c.ty().unwrap_or(Ty::Int);
-        self.shader.values.push(Value { inst: Inst::Const(c), ty, span });
+        let id = self.shader.emit_constant(c, span, out);
         self.same.push(id);
-        out.stmts.push(Stmt::Let(id));
         id
     }
 

@@ -249,25 +249,20 @@ fn renumber(shader: &mut Shader, live: &Live) {
         values[old.0 as usize] = ValueId(new as u32);
     }
     let local = |id: &mut LocalId| *id = locals[id.0 as usize].unwrap_or(LocalId(0));
+    let renamed = |v: &mut ValueId| *v = values[v.0 as usize];
     let mut new_values = Vec::with_capacity(order.len());
     for old in &order {
         let mut value = shader.values[old.0 as usize].clone();
-        value.inst.operands_mut(&mut |v| *v = values[v.0 as usize]);
-        match &mut value.inst {
-            Inst::Load(l) | Inst::LoadElem(l, _) => local(l),
-            Inst::Call(_, args) => rename_args(args, &|l| local(l), &|_| {}),
-            _ => {}
-        }
+        value.inst.rename(&local, &renamed);
         new_values.push(value);
     }
     shader.values = new_values;
     shader.locals = kept;
-    let value = |v: &mut ValueId| *v = values[v.0 as usize];
     for param in &mut shader.params {
         local(&mut param.local);
-        rename(&mut param.init, &local, &value);
+        param.init.rename(&local, &renamed);
     }
-    rename(&mut shader.body, &local, &value);
+    shader.body.rename(&local, &renamed);
     for slot in &mut shader.slots {
         local(&mut slot.weight);
         for arg in &mut slot.args {
@@ -277,50 +272,4 @@ fn renumber(shader: &mut Shader, live: &Live) {
         }
     }
     debug_assert!(shader.values.iter().all(|v| !matches!(v.inst, Inst::Const(Const::Array(_)))));
-}
-
-fn rename_args(args: &mut [Arg], local: &dyn Fn(&mut LocalId), value: &dyn Fn(&mut ValueId)) {
-    for arg in args {
-        match arg {
-            Arg::Value(v) => value(v),
-            Arg::Array(l) => local(l),
-        }
-    }
-}
-
-fn rename(block: &mut Block, local: &dyn Fn(&mut LocalId), value: &dyn Fn(&mut ValueId)) {
-    for stmt in &mut block.stmts {
-        match stmt {
-            Stmt::Let(v) => value(v),
-            Stmt::Store(l, v) => {
-                local(l);
-                value(v);
-            }
-            Stmt::StoreElem(l, i, v) => {
-                local(l);
-                value(i);
-                value(v);
-            }
-            Stmt::CopyArray(a, b) => {
-                local(a);
-                local(b);
-            }
-            Stmt::Call { args, outputs, result, .. } => {
-                rename_args(args, local, value);
-                outputs.iter_mut().chain(result).for_each(local);
-            }
-            Stmt::If(c, a, b) => {
-                value(c);
-                rename(a, local, value);
-                rename(b, local, value);
-            }
-            Stmt::Loop(l) => {
-                value(&mut l.cond);
-                rename(&mut l.head, local, value);
-                rename(&mut l.body, local, value);
-                rename(&mut l.step, local, value);
-            }
-            Stmt::Break | Stmt::Continue => {}
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use crate::diag::Diagnostic;
 use crate::interp::ops;
-use crate::ir::{Block, Const, Inst, LocalId, Shader, Stmt, Ty, Value, ValueId};
+use crate::ir::{Block, Const, LocalId, Shader, Stmt, Ty};
 use crate::source::Span;
 
 /// Binds parameters by their flattened names. Values convert as OSL converts them: int to float, float to triple or
@@ -30,7 +30,7 @@ pub fn specialise(shader: &mut Shader, bindings: &[(String, Const)]) -> Result<(
         match fit(value, slot.ty, slot.len) {
             Some(Fitted::One(c)) => {
                 let mut init = init;
-                let v = constant(shader, &mut init, c, span);
+                let v = shader.emit_constant(c, span, &mut init);
                 init.stmts.push(Stmt::Store(local, v));
                 shader.params[index].init = init;
             }
@@ -159,18 +159,10 @@ fn single(value: &Const, ty: Ty) -> Option<Const> {
     })
 }
 
-fn constant(shader: &mut Shader, block: &mut Block, c: Const, span: Span) -> ValueId {
-    let id = ValueId(shader.values.len() as u32);
-    let ty = c.ty().unwrap_or(Ty::Int);
-    shader.values.push(Value { inst: Inst::Const(c), ty, span });
-    block.stmts.push(Stmt::Let(id));
-    id
-}
-
 fn store_elements(shader: &mut Shader, mut init: Block, local: LocalId, items: Vec<Const>, span: Span) -> Block {
     for (i, item) in items.into_iter().enumerate() {
-        let index = constant(shader, &mut init, Const::Int(i as i32), span);
-        let value = constant(shader, &mut init, item, span);
+        let index = shader.emit_constant(Const::Int(i as i32), span, &mut init);
+        let value = shader.emit_constant(item, span, &mut init);
         init.stmts.push(Stmt::StoreElem(local, index, value));
     }
     init

@@ -7,7 +7,7 @@
 use super::strings::Strings;
 use crate::builtins;
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Shader, Stmt, Ty, Value, ValueId};
+use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Rewriter, Shader, Stmt, Ty, ValueId};
 use crate::messages;
 use crate::source::Span;
 use crate::textures::{Info, InfoType, Kind, TextureAccess, Textures};
@@ -136,16 +136,9 @@ pub(super) fn answer(shader: &mut Shader, access: Option<&TextureAccess>) -> Res
         return Ok(());
     }
     let strings = Strings::of(shader);
-    let mut pass =
-        Pass { func, strings, access: access.map(|a| &*a.0), values: Vec::new(), shader, errors: Vec::new() };
-    for i in 0..pass.shader.params.len() {
-        let init = std::mem::take(&mut pass.shader.params[i].init);
-        pass.shader.params[i].init = pass.block(init);
-    }
-    let body = std::mem::take(&mut pass.shader.body);
-    pass.shader.body = pass.block(body);
-    let Pass { values, errors, .. } = pass;
-    shader.values.extend(values);
+    let mut pass = Pass { func, strings, access: access.map(|a| &*a.0), shader, errors: Vec::new() };
+    pass.rewrite();
+    let errors = pass.errors;
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
@@ -153,8 +146,6 @@ struct Pass<'a> {
     func: builtins::FuncId,
     strings: Strings,
     access: Option<&'a dyn Textures>,
-    /// New values, to be put behind the shader's own.
-    values: Vec<Value>,
     shader: &'a mut Shader,
     errors: Vec<Diagnostic>,
 }
@@ -171,48 +162,33 @@ struct Ask<'a> {
     access: &'a dyn Textures,
 }
 
-impl Pass<'_> {
-    fn block(&mut self, block: Block) -> Block {
-        let mut out = Vec::with_capacity(block.stmts.len());
-        for stmt in block.stmts {
-            match stmt {
-                Stmt::Call { func, args, outputs, result, span } if func == self.func => {
-                    self.call(&args, &outputs, result, span, &mut out);
-                }
-                Stmt::If(cond, a, b) => {
-                    let (a, b) = (self.block(a), self.block(b));
-                    out.push(Stmt::If(cond, a, b));
-                }
-                Stmt::Loop(mut l) => {
-                    l.head = self.block(std::mem::take(&mut l.head));
-                    l.body = self.block(std::mem::take(&mut l.body));
-                    l.step = self.block(std::mem::take(&mut l.step));
-                    out.push(Stmt::Loop(l));
-                }
-                other => out.push(other),
-            }
-        }
-        Block { stmts: out }
+impl Rewriter for Pass<'_> {
+    fn shader(&mut self) -> &mut Shader {
+        self.shader
     }
 
+    fn stmt(&mut self, stmt: Stmt, out: &mut Block) {
+        match stmt {
+            Stmt::Call { func, args, outputs, result, span } if func == self.func => {
+                self.call(&args, &outputs, result, span, out);
+            }
+            other => out.stmts.push(other),
+        }
+    }
+}
+
+impl Pass<'_> {
     fn error(&mut self, d: Diagnostic) {
         if self.errors.len() < 100 && !self.errors.contains(&d) {
             self.errors.push(d);
         }
     }
 
-    fn value(&mut self, inst: Inst, ty: Ty, span: Span, out: &mut Vec<Stmt>) -> ValueId {
-        let id = ValueId((self.shader.values.len() + self.values.len()) as u32);
-        self.values.push(Value { inst, ty, span });
-        out.push(Stmt::Let(id));
-        id
+    fn int(&mut self, v: i32, span: Span, out: &mut Block) -> ValueId {
+        self.shader.emit_constant(Const::Int(v), span, out)
     }
 
-    fn int(&mut self, v: i32, span: Span, out: &mut Vec<Stmt>) -> ValueId {
-        self.value(Inst::Const(Const::Int(v)), Ty::Int, span, out)
-    }
-
-    fn call(&mut self, args: &[Arg], outputs: &[LocalId], result: Option<LocalId>, span: Span, out: &mut Vec<Stmt>) {
+    fn call(&mut self, args: &[Arg], outputs: &[LocalId], result: Option<LocalId>, span: Span, out: &mut Block) {
         let value = |i: usize| match args.get(i) {
             Some(Arg::Value(v)) => Some(*v),
             _ => None,
@@ -243,22 +219,22 @@ impl Pass<'_> {
         }
         if let Some(result) = result {
             let zero = self.int(0, span, out);
-            out.push(Stmt::Store(result, zero));
+            out.stmts.push(Stmt::Store(result, zero));
         }
         let pairs: Vec<(&String, &String)> = files.iter().flat_map(|f| names.iter().map(move |n| (f, n))).collect();
         let certain = pairs.len() == 1;
         for (file, name) in pairs {
-            let mut inner = Vec::new();
+            let mut inner = Block::default();
             self.answer_of(&ask, file, name, &mut inner);
             if certain {
-                out.extend(inner);
+                out.stmts.extend(inner.stmts);
                 continue;
             }
             let mut conditions = Vec::new();
             for (given, text, several) in [(ask.file, file, files.len() > 1), (ask.name, name, names.len() > 1)] {
                 if several {
-                    let text = self.value(Inst::Const(Const::Str(text.clone())), Ty::Str, span, out);
-                    conditions.push(self.value(Inst::Binary(BinaryOp::Eq, given, text), Ty::Int, span, out));
+                    let text = self.shader.emit_constant(Const::Str(text.clone()), span, out);
+                    conditions.push(self.shader.emit(Inst::Binary(BinaryOp::Eq, given, text), Ty::Int, span, out));
                 }
             }
             self.under(&conditions, inner, span, out);
@@ -266,20 +242,20 @@ impl Pass<'_> {
     }
 
     /// Statements that run when all conditions hold.
-    fn under(&mut self, conditions: &[ValueId], inner: Vec<Stmt>, span: Span, out: &mut Vec<Stmt>) {
-        let Some((first, rest)) = conditions.split_first() else { return out.extend(inner) };
-        if inner.is_empty() {
+    fn under(&mut self, conditions: &[ValueId], inner: Block, span: Span, out: &mut Block) {
+        let Some((first, rest)) = conditions.split_first() else { return out.stmts.extend(inner.stmts) };
+        if inner.stmts.is_empty() {
             return;
         }
         let mut all = *first;
         for other in rest {
-            all = self.value(Inst::Binary(BinaryOp::BitAnd, all, *other), Ty::Int, span, out);
+            all = self.shader.emit(Inst::Binary(BinaryOp::BitAnd, all, *other), Ty::Int, span, out);
         }
-        out.push(Stmt::If(all, Block { stmts: inner }, Block::default()));
+        out.stmts.push(Stmt::If(all, inner, Block::default()));
     }
 
     /// The stores of one file's answer; none when it does not know.
-    fn answer_of(&mut self, ask: &Ask<'_>, file: &str, name: &str, out: &mut Vec<Stmt>) {
+    fn answer_of(&mut self, ask: &Ask<'_>, file: &str, name: &str, out: &mut Block) {
         let tiles = ask.access.tiles(file).filter(|_| ask.st_given);
         let Some((columns, rows)) = tiles else { return self.stores(ask, file, None, name, out) };
         if columns as usize * rows as usize > MAX_ANSWERS {
@@ -288,11 +264,11 @@ impl Pass<'_> {
         }
         let span = ask.span;
         // Towards zero: what lies a little before the first tile counts to it, as in the reference.
-        let place = ask.st.map(|c| self.value(Inst::Convert(c), Ty::Int, span, out));
+        let place = ask.st.map(|c| self.shader.emit(Inst::Convert(c), Ty::Int, span, out));
         for tile in (0..rows).flat_map(|v| (0..columns).map(move |u| (u, v))) {
-            let mut inner = Vec::new();
+            let mut inner = Block::default();
             self.stores(ask, file, Some(tile), name, &mut inner);
-            if inner.is_empty() {
+            if inner.stmts.is_empty() {
                 continue;
             }
             let mut conditions = Vec::new();
@@ -300,14 +276,14 @@ impl Pass<'_> {
                 let number_value = self.int(number as i32, span, out);
                 // The first column and row take all that lies before them.
                 let op = if number == 0 { BinaryOp::Le } else { BinaryOp::Eq };
-                conditions.push(self.value(Inst::Binary(op, *place, number_value), Ty::Int, span, out));
+                conditions.push(self.shader.emit(Inst::Binary(op, *place, number_value), Ty::Int, span, out));
             }
             self.under(&conditions, inner, span, out);
         }
     }
 
     /// What the reference says when the file of a question cannot be read.
-    fn say_missing(&mut self, ask: &Ask<'_>, file: &str, out: &mut Vec<Stmt>) {
+    fn say_missing(&mut self, ask: &Ask<'_>, file: &str, out: &mut Block) {
         if ask.access.tiles(file).is_some() {
             return;
         }
@@ -316,13 +292,13 @@ impl Pass<'_> {
         let text = format!("[RendererServices::get_texture_info] Invalid image file \"{file}\": {cause}");
         let mut args = vec![Arg::Value(self.int(messages::code::ERROR, ask.span, out))];
         for text in [String::new(), "%s".to_owned(), text] {
-            let value = self.value(Inst::Const(Const::Str(text)), Ty::Str, ask.span, out);
+            let value = self.shader.emit_constant(Const::Str(text), ask.span, out);
             args.push(Arg::Value(value));
         }
-        out.push(Stmt::Call { func, args, outputs: Vec::new(), result: None, span: ask.span });
+        out.stmts.push(Stmt::Call { func, args, outputs: Vec::new(), result: None, span: ask.span });
     }
 
-    fn stores(&mut self, ask: &Ask<'_>, file: &str, tile: Option<(u32, u32)>, name: &str, out: &mut Vec<Stmt>) {
+    fn stores(&mut self, ask: &Ask<'_>, file: &str, tile: Option<(u32, u32)>, name: &str, out: &mut Block) {
         let local = &self.shader.locals[ask.output.0 as usize];
         let (ty, len, span) = (local.ty, local.len, ask.span);
         let (kind, width) = match ty {
@@ -353,18 +329,18 @@ impl Pass<'_> {
             _ => return,
         };
         for (i, c) in constants.into_iter().enumerate() {
-            let value = self.value(Inst::Const(c), ty, span, out);
+            let value = self.shader.emit(Inst::Const(c), ty, span, out);
             match len {
-                None => out.push(Stmt::Store(ask.output, value)),
+                None => out.stmts.push(Stmt::Store(ask.output, value)),
                 Some(_) => {
                     let index = self.int(i as i32, span, out);
-                    out.push(Stmt::StoreElem(ask.output, index, value));
+                    out.stmts.push(Stmt::StoreElem(ask.output, index, value));
                 }
             }
         }
         if let Some(result) = ask.result {
             let one = self.int(1, span, out);
-            out.push(Stmt::Store(result, one));
+            out.stmts.push(Stmt::Store(result, one));
         }
     }
 }

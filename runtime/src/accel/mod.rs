@@ -13,6 +13,7 @@ mod lights;
 pub use alias::AliasTable;
 pub use lights::{Emission, Lights};
 
+use crate::choices::{Choices, TreeQuality};
 use crate::scene::{Instance, Mesh, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -82,6 +83,16 @@ impl Geometry {
         !self.instance_roots.is_empty()
     }
 
+    /// Calls `f` with the bytes of all numbers, in a fixed order.
+    pub fn visit_bytes(&self, f: &mut dyn FnMut(&[u8])) {
+        let floats = [&self.nodes, &self.normals, &self.uvs];
+        floats.into_iter().flatten().for_each(|x| f(&x.to_le_bytes()));
+        let doubles = [&self.triangles, &self.areas, &self.object_spaces, &self.instances, &self.lights.reals];
+        doubles.into_iter().flatten().for_each(|x| f(&x.to_le_bytes()));
+        let ids = [&self.triangle_ids, &self.corners, &self.shapes, &self.first_vertices, &self.instance_roots];
+        ids.into_iter().chain([&self.lights.words]).flatten().for_each(|x| f(&x.to_le_bytes()));
+    }
+
     /// Triangles in memory.
     pub fn triangle_count(&self) -> usize {
         self.corners.len() / 4
@@ -107,7 +118,7 @@ pub struct MaterialUse {
 }
 
 /// Builds the arrays. `materials` has one element per material of the scene.
-pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error> {
+pub fn build(scene: &Scene, materials: &[MaterialUse], choices: &Choices) -> Result<Geometry, Error> {
     let _span = tracing::info_span!("accel").entered();
     let mut uses = vec![0u32; scene.meshes.len()];
     for instance in &scene.instances {
@@ -118,12 +129,11 @@ pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error
     if count > MAX_TRIANGLES {
         return Err(Error::TooMany { count, most: MAX_TRIANGLES });
     }
-    let mut builder = Builder::new(scene, materials);
+    let mut builder = Builder::new(scene, materials, choices.tree);
     builder.shapes();
     builder.place(&uses)?;
     let mut geometry = builder.out;
-    geometry.lights.uniform = scene.conventions.uniform_lights;
-    geometry.lights.finish(&geometry.triangle_ids);
+    geometry.lights.finish(&geometry.triangle_ids, choices.lights);
     tracing::info!(triangles = geometry.triangle_count(), nodes = geometry.nodes.len() / 16, "geometry built");
     Ok(geometry)
 }
@@ -131,6 +141,7 @@ pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error
 struct Builder<'a> {
     scene: &'a Scene,
     materials: &'a [MaterialUse],
+    tree: TreeQuality,
     out: Geometry,
     any_normals: bool,
     any_uvs: bool,
@@ -146,10 +157,11 @@ struct Bottom {
 }
 
 impl<'a> Builder<'a> {
-    fn new(scene: &'a Scene, materials: &'a [MaterialUse]) -> Builder<'a> {
+    fn new(scene: &'a Scene, materials: &'a [MaterialUse], tree: TreeQuality) -> Builder<'a> {
         Builder {
             scene,
             materials,
+            tree,
             out: Geometry::default(),
             any_normals: scene.meshes.iter().any(|m| !m.normals.is_empty()),
             any_uvs: scene.meshes.iter().any(|m| !m.uvs.is_empty()),
@@ -304,7 +316,7 @@ impl<'a> Builder<'a> {
     /// A tree over triangles with the numbers from `first` on.
     fn bottom(&mut self, corners: &[[DVec3; 3]], first: u32) -> Result<Bottom, Error> {
         let first_leaf = self.out.triangle_ids.len() as u32;
-        let tree = bvh::over_triangles(corners, first_leaf, &mut self.out.nodes)?;
+        let tree = bvh::over_triangles(corners, first_leaf, self.tree, &mut self.out.nodes)?;
         for &k in &tree.order {
             let [a, b, c] = corners[k as usize];
             self.out.triangles.extend([a, b - a, c - a].iter().flat_map(|v| [v.x, v.y, v.z, 0.0]));

@@ -3,7 +3,7 @@
 use super::args::CompareArgs;
 use super::{Error, terminal};
 use oslcl_runtime::film::compare::{mean, relative_mse, worst_tile};
-use oslcl_runtime::film::{raster, read_exr};
+use oslcl_runtime::film::{flip, raster, read_exr};
 use std::fmt::Write;
 
 /// Reads both and prints means and errors, or with limits whether they hold.
@@ -23,6 +23,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Error> {
             reference.height
         )));
     };
+    let seen = flip::mean(&picture, &reference).unwrap_or(f64::NAN);
     let (a, b) = (mean(&picture), mean(&reference));
     let mut out = String::new();
     let _ = writeln!(out, "mean          {:.6} {:.6} {:.6}", a[0], a[1], a[2]);
@@ -30,6 +31,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Error> {
     let off = |i: usize| 100.0 * (a[i] - b[i]) / b[i].abs().max(1e-12);
     let _ = writeln!(out, "difference    {:+.4} % {:+.4} % {:+.4} %", off(0), off(1), off(2));
     let _ = writeln!(out, "relative MSE  {error:.6}");
+    let _ = writeln!(out, "FLIP          {seen:.6}");
     let _ = writeln!(out, "worst tile    {:.3} % of 32 x 32 pixels from ({}, {})", 100.0 * tile.error, tile.x, tile.y);
     terminal::print(&out)
 }

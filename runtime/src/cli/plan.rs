@@ -1,7 +1,7 @@
 //! `oslcl plan`: which effects a scene needs, who asked for them, what they add.
 
 use super::args::PlanArgs;
-use super::{Error, render, terminal};
+use super::{Error, choices, render, terminal};
 use oslcl_runtime::plan::Plan;
 use oslcl_runtime::precision::Precision;
 use serde_json::json;
@@ -9,9 +9,11 @@ use std::fmt::Write;
 
 /// Plans and prints; no device is needed.
 pub fn run(args: &PlanArgs) -> Result<(), Error> {
-    let precision = Precision::from(args.precision);
-    let scene = render::load(&args.scene)?;
-    let planned = oslcl_runtime::render::plan(&scene, precision);
+    let choices = choices::of(&args.choices)?;
+    let precision = choices.precision;
+    let mut scene = render::load(&args.scene)?;
+    choices.apply(&mut scene.integrator);
+    let planned = oslcl_runtime::render::plan(&scene, &choices);
     let (plan, compiled) = planned.map_err(|error| render::say(&args.scene, error))?;
     for warning in &compiled.warnings {
         terminal::say(warning);

@@ -1,14 +1,14 @@
 //! `oslcl render`: a scene to a picture, with a progress bar and a summary.
 
 use super::args::RenderArgs;
-use super::{Error, report, terminal};
+use super::{Error, choices, report, terminal};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film;
 use oslcl_runtime::materials;
-use oslcl_runtime::precision::Precision;
 use oslcl_runtime::programs;
 use oslcl_runtime::render::{self, Options, Progress, Summary};
+use oslcl_runtime::roads;
 use oslcl_runtime::scene::{self, Film, Scene};
 use oslcl_runtime::shade::Kind;
 use oslcl_runtime::told::Messages;
@@ -26,11 +26,13 @@ const STEPS: u64 = 1000;
 pub fn run(args: &RenderArgs) -> Result<(), Error> {
     // Better to hear of it now than after the work.
     film::check_output(&args.output)?;
+    let choices = choices::of(&args.choices)?;
     let mut scene = load(&args.scene)?;
+    choices.apply(&mut scene.integrator);
     override_by(&mut scene, args);
     let device = Device::open(args.device.as_deref())?;
-    let options =
-        Options { precision: Precision::from(args.precision), time_limit: args.time.map(Duration::from_secs_f64) };
+    let time_limit = args.time.map(Duration::from_secs_f64);
+    let options = Options { choices, road: args.road.into(), time_limit };
     let bar = progress_bar(args.quiet);
     let result = render::render(&scene, &device, &options, &mut |p| show(&bar, p));
     bar.finish_and_clear();
@@ -58,7 +60,11 @@ pub fn say(scene: &Path, error: render::Error) -> Error {
             terminal::say(&format!("{}: in material `{material}`:\n", scene.display()));
             report::report(&failure)
         }
-        render::Error::Device(cause) | render::Error::Program(programs::Error::Device(cause)) => Error::Device(cause),
+        render::Error::Device(cause)
+        | render::Error::Program(programs::Error::Device(cause) | programs::Error::Road(roads::Error::Device(cause))) => {
+            Error::Device(cause)
+        }
+        render::Error::Program(programs::Error::Road(cause)) => Error::Road(cause),
         cause => Error::Render { scene: scene.to_owned(), cause: Box::new(cause) },
     }
 }

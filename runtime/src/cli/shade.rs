@@ -1,18 +1,28 @@
 //! `oslcl shade`: runs a shader over a grid of points; prints its outputs or writes them to pictures.
 
-use super::args::{PrecisionArg, ShadeArgs};
+use super::args::{PrecisionArg, RoadArg, ShadeArgs};
 use super::sources::{self, Folders};
-use super::{Error, params, report, terminal};
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+use super::{Error, params, report, shade_compare, terminal};
 use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
-use oslcl_runtime::files::{self, Output};
+use oslcl_runtime::files;
+use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::precision::Precision;
-use oslcl_runtime::shade::{self, Grid, Kind, Message, Plane, Shaded};
+use oslcl_runtime::roads::Road;
+use oslcl_runtime::shade::{self, Grid, HostError, Kind, Message, Plane, Shaded};
 use oslcl_runtime::textures::{self, Library};
-use std::io::{self, Cursor, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+impl From<RoadArg> for Road {
+    fn from(arg: RoadArg) -> Road {
+        match arg {
+            RoadArg::Opencl => Road::OpenClC,
+            RoadArg::Spirv => Road::Spirv,
+        }
+    }
+}
 
 impl From<PrecisionArg> for Precision {
     fn from(arg: PrecisionArg) -> Precision {
@@ -34,7 +44,8 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let search = args.textures.clone();
     let library = Arc::new(Library::new(textures::Settings { search, ..textures::Settings::default() }));
     let bindings = params::bindings(&args.param, master.info())?;
-    let options = Options { bindings, textures: Some(library.access()), ..options };
+    let spirv = Road::from(args.road) == Road::Spirv;
+    let options = Options { bindings, textures: Some(library.access()), spirv, ..options };
     let mut outputs: Vec<String> = Vec::new();
     for (name, _) in &wanted {
         if !outputs.contains(name) {
@@ -44,23 +55,52 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     if outputs.is_empty() {
         outputs = shade::default_outputs(master.info());
     }
-    // clap gives exactly two numbers.
-    let [width, height] = args.grid[..] else { return Err(Error::Usage("--grid takes two numbers".to_owned())) };
-    let grid = Grid::new(width, height);
+    let grid = grid(args)?;
     let options = Options { attributes: grid.attributes(), documents: Some(sources::documents()), ..options };
     let artifact = match shade::compile(&master, &options, &outputs) {
         Ok(artifact) => artifact,
         Err(failure) => {
             // What no device can do is done here, if it can be done at all.
             let on_host = shade::needs_host(&failure).then(|| shade::run_on_host(&master, &options, &outputs, grid));
-            let Some(Ok(shaded)) = on_host else { return Err(report::report(&failure)) };
+            let Some(Ok(shaded)) = on_host.filter(|_| args.compare.is_none()) else {
+                return Err(report::report(&failure));
+            };
             return deliver(&shaded, wanted, Precision::Reference);
         }
     };
     let device = Device::open(args.device.as_deref())?;
+    if let Some(with) = args.compare {
+        let host = || shade::run_on_host(&master, &options, &outputs, grid).map_err(host_error);
+        return shade_compare::run(&device, &artifact, grid, &library, with, host);
+    }
     let precision = args.precision.into();
     let shaded = shade::run_with(&device, &artifact, grid, precision, &library)?;
     deliver(&shaded, wanted, precision)
+}
+
+/// The points asked for.
+fn grid(args: &ShadeArgs) -> Result<Grid, Error> {
+    let (width, height) = match (args.grid.as_slice(), args.compare) {
+        (&[width, height], _) => (width, height),
+        (_, None) => (1, 1),
+        // u and v are the same numbers in 32 and in 64 bits.
+        (_, Some(_)) => (257, 257),
+    };
+    // clap gives exactly four numbers.
+    let &[u0, u1, v0, v1] = args.domain.as_slice() else {
+        return Err(Error::Usage("--domain takes four numbers".to_owned()));
+    };
+    if !args.domain.iter().all(|x| x.is_finite()) {
+        return Err(Error::Usage("--domain takes finite numbers".to_owned()));
+    }
+    Ok(Grid { scale_uv: [u1 - u0, v1 - v0], offset_uv: [u0, v0], ..Grid::new(width, height) })
+}
+
+fn host_error(error: HostError) -> Error {
+    match error {
+        HostError::Compile(failure) => report::report(&failure),
+        HostError::Grid(error) => error.into(),
+    }
 }
 
 /// Prints what was said; prints the outputs, or writes those wanted to pictures.
@@ -76,8 +116,13 @@ fn deliver(shaded: &Shaded, wanted: Vec<(String, PathBuf)>, precision: Precision
     let mut pictures = Vec::new();
     for (name, path) in wanted {
         let Some(plane) = planes.iter().find(|p| p.name == name) else { continue };
-        let bytes = encode(plane).map_err(|e| files::Error { path: path.clone(), cause: e.into() })?;
-        pictures.push(Output { path, bytes });
+        let raster = Raster {
+            width: plane.grid.width as usize,
+            height: plane.grid.height as usize,
+            channels: plane.channels as usize,
+            data: plane.data.iter().map(|v| *v as f32).collect(),
+        };
+        pictures.push(raster::encode(&path, &raster, Depth::Float)?);
     }
     Ok(files::replace(&pictures)?)
 }
@@ -131,29 +176,4 @@ fn print(out: &mut dyn Write, planes: &[Plane], precision: Precision) -> io::Res
         }
     }
     Ok(())
-}
-
-/// A picture of 32-bit floats, first row on top.
-fn encode(plane: &Plane) -> io::Result<Vec<u8>> {
-    let count = plane.channels as usize;
-    let list = channel_names(count).into_iter().enumerate().map(|(i, name)| {
-        let samples = plane.data.iter().skip(i).step_by(count).map(|v| *v as f32).collect();
-        AnyChannel::new(name.as_str(), FlatSamples::F32(samples))
-    });
-    let image = Image::from_channels(
-        (plane.grid.width as usize, plane.grid.height as usize),
-        AnyChannels::sort(list.collect()),
-    );
-    let mut bytes = Vec::new();
-    image.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| io::Error::other(e.to_string()))?;
-    Ok(bytes)
-}
-
-/// What viewers expect: Y, or R G B; otherwise numbers of one width, since channels are sorted by name.
-fn channel_names(count: usize) -> Vec<String> {
-    match count {
-        1 => vec!["Y".to_owned()],
-        3 => ["R", "G", "B"].map(str::to_owned).to_vec(),
-        n => (0..n).map(|i| format!("c{i:05}")).collect(),
-    }
 }

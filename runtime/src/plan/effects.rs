@@ -3,7 +3,7 @@
 //! In: a scene and its materials' artifacts. Out: [`Decision`]s. Pure: it must not know devices.
 
 use crate::accel;
-use crate::scene::{Filter, Sampler, Scene};
+use crate::scene::{Filter, Scene};
 use oslcl_compiler::attributes::asked;
 use oslcl_compiler::{Artifact, Radiance};
 
@@ -47,7 +47,7 @@ effects! {
     Environment: "environment", "light from outside the scene";
     VaryingEnvironment: "varying_environment", "environment that differs by direction: paths ask the shader";
     EnvironmentSampling: "environment_sampling", "environment sampled directly, by a map of its radiance";
-    Sobol: "sobol", "samples of a pixel that lie evenly";
+    SharedCubes: "shared_cubes", "random numbers as testrender takes them";
     Roulette: "roulette", "Russian roulette";
     Instances: "instances", "meshes that are placed more than once: a second level of the tree";
     Displacement: "displacement", "vertices moved by shaders before anything is built";
@@ -133,8 +133,8 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool
     if scene.camera.lens_radius > 0.0 {
         ask(ThinLens, format!("camera: lens_radius = {}", scene.camera.lens_radius));
     }
-    if scene.sampler == Sampler::Sobol {
-        ask(Sobol, "sampler = sobol".into());
+    if scene.conventions.shared_cubes {
+        ask(SharedCubes, "convention".into());
     }
     match scene.filter {
         Filter::Box => {}

@@ -9,10 +9,10 @@ mod stages;
 
 pub use effects::{Decision, Effect};
 pub use layout::{BufferId, Constant, Counter, Layout, Setting};
-pub use stages::{ENVIRONMENT_MAP_SIZE, ProgramPlan, Stage};
+pub use stages::{ProgramPlan, Stage};
 
 use crate::accel::{Emission, MaterialUse};
-use crate::precision::Precision;
+use crate::choices::Choices;
 use crate::scene::{MaterialId, Scene};
 use oslcl_compiler::{Artifact, Radiance};
 use std::collections::BTreeSet;
@@ -24,8 +24,8 @@ pub struct Plan {
     pub decisions: Vec<Decision>,
     /// Where everything lies.
     pub layout: Layout,
-    /// Arithmetic.
-    pub precision: Precision,
+    /// What accuracy is bought with time.
+    pub choices: Choices,
     /// The programs to build.
     pub programs: Vec<ProgramPlan>,
     /// What geometry has to know of each material of the scene.
@@ -40,8 +40,8 @@ pub struct Plan {
 
 impl Plan {
     /// Plans a scene. `materials`: one element per material of the scene, `None` where nothing uses it.
-    pub fn new(scene: &Scene, materials: &[Option<Artifact>], precision: Precision) -> Plan {
-        let decisions = effects::decide(scene, materials, precision.is_double());
+    pub fn new(scene: &Scene, materials: &[Option<Artifact>], choices: &Choices) -> Plan {
+        let decisions = effects::decide(scene, materials, choices.precision.is_double());
         let on: BTreeSet<Effect> = decisions.iter().filter(|d| d.is_on()).map(|d| d.effect).collect();
         let surface_materials = surface_materials(scene);
         let varying: Vec<MaterialId> =
@@ -68,7 +68,7 @@ impl Plan {
         let mut plan = Plan {
             decisions,
             layout,
-            precision,
+            choices: *choices,
             programs: Vec::new(),
             materials: uses,
             constant_environment,
@@ -82,6 +82,11 @@ impl Plan {
         }
         plan.programs = stages::programs(&plan, scene, materials);
         plan
+    }
+
+    /// Columns and rows of the map by which the environment is sampled.
+    pub fn environment_map(&self) -> (u32, u32) {
+        (self.choices.environment_map, self.choices.environment_map / 2)
     }
 
     /// Whether an effect is on.
@@ -98,8 +103,9 @@ impl Plan {
         if self.has(Effect::VaryingLights) || self.has(Effect::EnvironmentSampling) {
             out.push("HAS_SHADED_LIGHTS".to_owned());
         }
+        out.extend(self.choices.macros());
         if self.has(Effect::EnvironmentSampling) {
-            let (width, height) = ENVIRONMENT_MAP_SIZE;
+            let (width, height) = self.environment_map();
             out.push(format!("ENVIRONMENT_WIDTH {width}u"));
             out.push(format!("ENVIRONMENT_HEIGHT {height}u"));
         }

@@ -7,9 +7,6 @@ use crate::scene::{MaterialId, Scene};
 use crate::{preamble, vertex_data};
 use oslcl_compiler::{Artifact, Radiance};
 
-/// Cells of the map that an environment is sampled by: across (azimuth) and down (z).
-pub const ENVIRONMENT_MAP_SIZE: (u32, u32) = (512, 256);
-
 /// A stage: one kernel, one file in kernels/stages/ with its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)] // The kernel's file says what each does.
@@ -147,6 +144,6 @@ fn of_material(
         label,
         stages,
         macros,
-        code: code.code.clone() + &vertex_data::code(code, materials),
+        code: preamble::code(code).to_owned() + &vertex_data::code(code, materials),
     }
 }

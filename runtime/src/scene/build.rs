@@ -4,8 +4,7 @@
 
 use super::error::{Error, Location};
 use super::{
-    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Sampler,
-    Scene,
+    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene,
 };
 use super::{geometry, shipped, transform};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
@@ -39,7 +38,6 @@ impl Scene {
             environment: None,
             conventions: Conventions::default(),
             filter: Filter::Box,
-            sampler: Sampler::Independent,
             textures: Vec::new(),
             shaders: Vec::new(),
             attributes: Vec::new(),

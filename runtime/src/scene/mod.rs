@@ -46,8 +46,6 @@ pub struct Scene {
     pub conventions: Conventions,
     /// How a pixel is made of the samples around its middle.
     pub filter: Filter,
-    /// Where random numbers come from.
-    pub sampler: Sampler,
     /// Folders that textures are looked for in, in order; then names are taken as they are.
     pub textures: Vec<PathBuf>,
     /// Folders that the shaders of groups are looked for in, in order; then beside the group's own file.
@@ -101,8 +99,8 @@ pub struct Conventions {
     /// Shading normals are taken as they are, and light goes where they send it, even into the surface that has them; otherwise
     /// they are bent to the viewer's side, and such light is lost.
     pub trusted_normals: bool,
-    /// Each emissive triangle is sampled as often as any other, whatever its power.
-    pub uniform_lights: bool,
+    /// Random numbers are those of the reference's renderer: Sobol's points scrambled after Owen, a cube for each event of a path.
+    pub shared_cubes: bool,
     /// The environment is sampled directly even if its shader asks for the type of rays; only rays of the camera have one then.
     pub tabulated_environment: bool,
     /// Values in a group's text for parameters that a shader does not have are left out with a warning; otherwise they are errors.
@@ -119,16 +117,6 @@ pub enum Filter {
     Tent,
     /// The middle alone: edges are jagged.
     Middle,
-}
-
-/// Random numbers of the samples of a pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sampler {
-    /// Each is drawn on its own.
-    #[default]
-    Independent,
-    /// Sobol's points, scrambled after Owen: the samples of a pixel lie evenly.
-    Sobol,
 }
 
 /// How paths are traced.

@@ -15,6 +15,7 @@ mod udim;
 
 pub use pack::{Error, Packed, macros, pack};
 pub use picture::{Level, Picture, Subimage, Texels};
+pub use read::read;
 
 use oslcl_compiler::textures::{Info, InfoType, Lookup, Texel, TextureAccess, Textures};
 use std::collections::HashMap;

@@ -135,7 +135,7 @@ impl Pass<'_> {
         if format.is_empty() {
             return;
         }
-        let text = self.emit(out, Inst::Const(Const::Str(std::mem::take(format))), Ty::Str, span);
+        let text = self.shader.emit_constant(Const::Str(std::mem::take(format)), span, out);
         let mut args = call[..FIRST_VALUE - 1].to_vec();
         args.push(Arg::Value(text));
         args.append(values);
@@ -145,15 +145,15 @@ impl Pass<'_> {
     /// Prints the terms of a closure.
     fn terms(&mut self, func: FuncId, call: &[Arg], closure: ValueId, span: Span, out: &mut Block) {
         let weights = self.values.get(&closure).cloned().unwrap_or_default();
-        let any = self.add_local("terms".into(), Ty::Int);
-        let zero = self.emit(out, Inst::Const(Const::Int(0)), Ty::Int, span);
+        let any = self.shader.add_variable("terms".into(), Ty::Int, None);
+        let zero = self.shader.emit_constant(Const::Int(0), span, out);
         out.stmts.push(Stmt::Store(any, zero));
         for (index, (slot, weight)) in weights.into_iter().enumerate() {
-            let black = self.emit(out, Inst::Const(Const::Triple([0.0; 3])), Ty::Triple, span);
-            let there = self.emit(out, Inst::Binary(BinaryOp::Ne, weight, black), Ty::Int, span);
+            let black = self.shader.emit_constant(Const::Triple([0.0; 3]), span, out);
+            let there = self.shader.emit(Inst::Binary(BinaryOp::Ne, weight, black), Ty::Int, span, out);
             let mut inner = Block::default();
             if index > 0 {
-                let earlier = self.emit(&mut inner, Inst::Load(any), Ty::Int, span);
+                let earlier = self.shader.emit(Inst::Load(any), Ty::Int, span, &mut inner);
                 let mut joint = Block::default();
                 self.piece(func, call, &mut "\n\t+ ".to_owned(), &mut Vec::new(), span, &mut joint);
                 inner.stmts.push(Stmt::If(earlier, joint, Block::default()));
@@ -164,7 +164,7 @@ impl Pass<'_> {
             format.push_str(" * ");
             self.call_text(slot, &mut format, &mut values, span, &mut inner);
             self.piece(func, call, &mut format, &mut values, span, &mut inner);
-            let one = self.emit(&mut inner, Inst::Const(Const::Int(1)), Ty::Int, span);
+            let one = self.shader.emit_constant(Const::Int(1), span, &mut inner);
             inner.stmts.push(Stmt::Store(any, one));
             out.stmts.push(Stmt::If(there, inner, Block::default()));
         }
@@ -220,8 +220,8 @@ impl Pass<'_> {
             Ty::Triple => {
                 format.push_str("(%g, %g, %g)");
                 for i in 0..3 {
-                    let index = self.emit(out, Inst::Const(Const::Int(i)), Ty::Int, span);
-                    let part = self.emit(out, Inst::Component(value, index), Ty::Float, span);
+                    let index = self.shader.emit_constant(Const::Int(i), span, out);
+                    let part = self.shader.emit(Inst::Component(value, index), Ty::Float, span, out);
                     values.push(Arg::Value(part));
                 }
                 return;

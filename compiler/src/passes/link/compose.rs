@@ -99,7 +99,7 @@ pub(super) fn compose(
         }
     }
     let mut body = Block { stmts: tree };
-    join::move_block(&mut body, &local, &|_| {});
+    body.rename(&local, &|_| {});
     joined.shader.body = body;
     joined.shader
 }
@@ -270,10 +270,10 @@ impl Inserter<'_> {
         });
         let span = span.unwrap_or(NOWHERE);
         let mut out = Block::default();
-        let ran = self.joined.value(&mut out, Inst::Load(flag), Ty::Int, span);
-        let not = self.joined.value(&mut out, Inst::Unary(UnaryOp::Not, ran), Ty::Int, span);
+        let ran = self.joined.shader.emit(Inst::Load(flag), Ty::Int, span, &mut out);
+        let not = self.joined.shader.emit(Inst::Unary(UnaryOp::Not, ran), Ty::Int, span, &mut out);
         let mut then = Block::default();
-        let one = self.joined.value(&mut then, Inst::Const(Const::Int(1)), Ty::Int, span);
+        let one = self.joined.shader.emit_constant(Const::Int(1), span, &mut then);
         then.stmts.push(Stmt::Store(flag, one));
         then.stmts.extend(body);
         out.stmts.push(Stmt::If(not, then, Block::default()));
@@ -299,7 +299,7 @@ impl Inserter<'_> {
             new.insert(id, ValueId(values.len() as u32));
             values.push(Value { inst, ty, span });
         }
-        join::move_block(&mut block, &|_| {}, &|v| *v = new.get(v).copied().unwrap_or(*v));
+        block.rename(&|_| {}, &|v| *v = new.get(v).copied().unwrap_or(*v));
         block.stmts
     }
 }

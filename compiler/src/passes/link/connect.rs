@@ -232,7 +232,7 @@ pub(super) fn transfer(joined: &mut Joined, wire: &Wire, block: &mut Block) {
 }
 
 fn int(joined: &mut Joined, block: &mut Block, i: u32, span: Span) -> ValueId {
-    joined.value(block, Inst::Const(Const::Int(i as i32)), Ty::Int, span)
+    joined.shader.emit_constant(Const::Int(i as i32), span, block)
 }
 
 fn read(joined: &mut Joined, block: &mut Block, l: LocalId, array: bool, selection: &[u32], span: Span) -> ValueId {
@@ -240,18 +240,18 @@ fn read(joined: &mut Joined, block: &mut Block, l: LocalId, array: bool, selecti
     let (whole, rest) = match selection.split_first() {
         Some((i, rest)) if array => {
             let i = int(joined, block, *i, span);
-            (joined.value(block, Inst::LoadElem(l, i), ty, span), rest)
+            (joined.shader.emit(Inst::LoadElem(l, i), ty, span, block), rest)
         }
-        _ => (joined.value(block, Inst::Load(l), ty, span), selection),
+        _ => (joined.shader.emit(Inst::Load(l), ty, span, block), selection),
     };
     match *rest {
         [i] => {
             let i = int(joined, block, i, span);
-            joined.value(block, Inst::Component(whole, i), Ty::Float, span)
+            joined.shader.emit(Inst::Component(whole, i), Ty::Float, span, block)
         }
         [r, c] => {
             let (r, c) = (int(joined, block, r, span), int(joined, block, c, span));
-            joined.value(block, Inst::MatrixElement(whole, r, c), Ty::Float, span)
+            joined.shader.emit(Inst::MatrixElement(whole, r, c), Ty::Float, span, block)
         }
         _ => whole,
     }
@@ -261,10 +261,10 @@ fn read(joined: &mut Joined, block: &mut Block, l: LocalId, array: bool, selecti
 fn convert(joined: &mut Joined, block: &mut Block, value: ValueId, to: Ty, span: Span) -> ValueId {
     let from = joined.shader.values[value.0 as usize].ty;
     match (from, to) {
-        (Ty::Int, Ty::Float) | (Ty::Float, Ty::Triple) => joined.value(block, Inst::Convert(value), to, span),
+        (Ty::Int, Ty::Float) | (Ty::Float, Ty::Triple) => joined.shader.emit(Inst::Convert(value), to, span, block),
         (Ty::Int, Ty::Triple) => {
-            let float = joined.value(block, Inst::Convert(value), Ty::Float, span);
-            joined.value(block, Inst::Convert(float), to, span)
+            let float = joined.shader.emit(Inst::Convert(value), Ty::Float, span, block);
+            joined.shader.emit(Inst::Convert(float), to, span, block)
         }
         _ => value,
     }
@@ -289,15 +289,15 @@ fn write(
     } else {
         let value = convert(joined, block, value, Ty::Float, span);
         let inst = element.map_or(Inst::Load(l), |i| Inst::LoadElem(l, i));
-        let old = joined.value(block, inst, ty, span);
+        let old = joined.shader.emit(inst, ty, span, block);
         match *rest {
             [r, c] => {
                 let (r, c) = (int(joined, block, r, span), int(joined, block, c, span));
-                joined.value(block, Inst::WithMatrixElement(old, r, c, value), ty, span)
+                joined.shader.emit(Inst::WithMatrixElement(old, r, c, value), ty, span, block)
             }
             [i, ..] => {
                 let i = int(joined, block, i, span);
-                joined.value(block, Inst::WithComponent(old, i, value), ty, span)
+                joined.shader.emit(Inst::WithComponent(old, i, value), ty, span, block)
             }
             [] => value,
         }

@@ -5,9 +5,7 @@
 
 use super::Request;
 use crate::interp::{self, ops};
-use crate::ir::{
-    Block, Const, Global, Input, Inst, Local, LocalId, LocalKind, Shader, Source, Stmt, Ty, Value, ValueId,
-};
+use crate::ir::{Block, Const, Global, Input, Inst, Local, LocalId, LocalKind, Shader, Source, Stmt, Ty, ValueId};
 use crate::source::Span;
 use crate::types::{Base, Extent, Type};
 use std::collections::HashMap;
@@ -129,10 +127,7 @@ fn input(shader: &mut Shader, index: usize, source: Source, default: Option<Cons
 
 fn load(shader: &mut Shader, block: &mut Block, local: LocalId, span: Span) -> ValueId {
     let ty = shader.locals[local.0 as usize].ty;
-    let id = ValueId(shader.values.len() as u32);
-    shader.values.push(Value { inst: Inst::Load(local), ty, span });
-    block.stmts.push(Stmt::Let(id));
-    id
+    shader.emit(Inst::Load(local), ty, span, block)
 }
 
 /// Sets the parameter to an input.

@@ -3,7 +3,7 @@
 //! In: shaders. Out: one shader whose body is still empty, and the parts' blocks in its handles.
 
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, Block, Global, Input, Inst, Local, LocalId, LocalKind, Shader, Source, Stmt, Value, ValueId};
+use crate::ir::{Block, Global, Input, Local, LocalId, LocalKind, Shader, Source, Stmt, ValueId};
 use crate::source::{FileId, Span};
 
 /// The shader that parts are added to.
@@ -43,14 +43,6 @@ impl Joined {
         self.first_param[layer] + param
     }
 
-    /// A value at the end of `block`.
-    pub fn value(&mut self, block: &mut Block, inst: Inst, ty: crate::ir::Ty, span: Span) -> ValueId {
-        let id = ValueId(self.shader.values.len() as u32);
-        self.shader.values.push(Value { inst, ty, span });
-        block.stmts.push(Stmt::Let(id));
-        id
-    }
-
     /// Moves a shader in.
     pub fn add(&mut self, layer: &str, part: Shader) -> Added {
         let first_param = self.shader.params.len();
@@ -64,25 +56,20 @@ impl Joined {
         let local = |l: &mut LocalId| *l = locals[l.0 as usize];
         let value = |v: &mut ValueId| v.0 += first_value;
         for mut v in part.values {
-            v.inst.operands_mut(&mut |v| value(v));
-            match &mut v.inst {
-                Inst::Load(l) | Inst::LoadElem(l, _) => local(l),
-                Inst::Call(_, args) => array_args(args, &local),
-                _ => {}
-            }
+            v.inst.rename(&local, &value);
             self.shader.values.push(v);
         }
         let mut inits = Vec::with_capacity(part.params.len());
         for (i, mut param) in part.params.into_iter().enumerate() {
             let mut init = std::mem::take(&mut param.init);
-            move_block(&mut init, &local, &value);
+            init.rename(&local, &value);
             inits.push((i, init));
             local(&mut param.local);
             param.name = format!("{layer}.{}", param.name);
             self.shader.params.push(param);
         }
         let mut body = part.body;
-        move_block(&mut body, &local, &value);
+        body.rename(&local, &value);
         Added { inits, body }
     }
 
@@ -119,57 +106,6 @@ impl Joined {
     }
 }
 
-fn array_args(args: &mut [Arg], local: &dyn Fn(&mut LocalId)) {
-    for arg in args {
-        if let Arg::Array(l) = arg {
-            local(l);
-        }
-    }
-}
-
-/// Rewrites the handles of a block and those inside it.
-pub(super) fn move_block(block: &mut Block, local: &dyn Fn(&mut LocalId), value: &dyn Fn(&mut ValueId)) {
-    for stmt in &mut block.stmts {
-        match stmt {
-            Stmt::Let(v) => value(v),
-            Stmt::Store(l, v) => {
-                local(l);
-                value(v);
-            }
-            Stmt::StoreElem(l, i, v) => {
-                local(l);
-                value(i);
-                value(v);
-            }
-            Stmt::CopyArray(a, b) => {
-                local(a);
-                local(b);
-            }
-            Stmt::Call { args, outputs, result, .. } => {
-                array_args(args, local);
-                for arg in args {
-                    if let Arg::Value(v) = arg {
-                        value(v);
-                    }
-                }
-                outputs.iter_mut().chain(result).for_each(local);
-            }
-            Stmt::If(c, a, b) => {
-                value(c);
-                move_block(a, local, value);
-                move_block(b, local, value);
-            }
-            Stmt::Loop(l) => {
-                value(&mut l.cond);
-                move_block(&mut l.head, local, value);
-                move_block(&mut l.body, local, value);
-                move_block(&mut l.step, local, value);
-            }
-            Stmt::Break | Stmt::Continue => {}
-        }
-    }
-}
-
 /// Moves every span of a shader to a later file.
 pub(super) fn shift_files(shader: &mut Shader, by: u32) {
     if by == 0 {
@@ -186,19 +122,10 @@ pub(super) fn shift_files(shader: &mut Shader, by: u32) {
 
 fn shift_block(block: &mut Block, shift: &dyn Fn(&mut Span)) {
     for stmt in &mut block.stmts {
-        match stmt {
-            Stmt::Call { span, .. } => shift(span),
-            Stmt::If(_, a, b) => {
-                shift_block(a, shift);
-                shift_block(b, shift);
-            }
-            Stmt::Loop(l) => {
-                shift_block(&mut l.head, shift);
-                shift_block(&mut l.body, shift);
-                shift_block(&mut l.step, shift);
-            }
-            _ => {}
+        if let Stmt::Call { span, .. } = stmt {
+            shift(span);
         }
+        stmt.blocks_mut(&mut |b| shift_block(b, shift));
     }
 }
 
