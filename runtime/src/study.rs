@@ -161,7 +161,7 @@ pub fn run(scene: &Scene, device: &Device, effort: &Effort, watch: &mut dyn FnMu
     let mut sessions = Vec::with_capacity(variations.len());
     for (v, scene) in variations.iter().zip(&scenes) {
         watch(&format!("preparing {}", v.name));
-        let options = Options { choices: v.choices, time_limit: None };
+        let options = Options { choices: v.choices, ..Options::default() };
         sessions.push(Session::new(scene, device, &options).map_err(failed(&v.name))?);
     }
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); variations.len()];
@@ -214,7 +214,7 @@ fn reference(
         choices.precision = Choices::default().precision;
     }
     choices.apply(&mut scene.integrator);
-    let mut session = Session::new(&scene, device, &Options { choices, time_limit: None }).map_err(failed)?;
+    let mut session = Session::new(&scene, device, &Options { choices, ..Options::default() }).map_err(failed)?;
     let name = session.fingerprint().map_err(failed)?;
     std::fs::create_dir_all(&effort.references)
         .map_err(|cause| StudyError::Folder { folder: effort.references.clone(), cause })?;
