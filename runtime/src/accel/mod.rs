@@ -51,7 +51,8 @@ const EMITS: u32 = 4;
 pub struct Geometry {
     /// 16 floats a node; node 0 is where every ray starts.
     pub nodes: Vec<f32>,
-    /// 12 numbers a triangle in leaf order: corner, two edges, each with a number that nothing reads. In object space for instanced meshes.
+    /// 12 numbers a triangle in leaf order: its corners, each with a coordinate of the unit normal behind it. In object space for
+    /// instanced meshes.
     pub triangles: Vec<f64>,
     /// Triangle number of each of those.
     pub triangle_ids: Vec<u32>,
@@ -319,7 +320,10 @@ impl<'a> Builder<'a> {
         let tree = bvh::over_triangles(corners, first_leaf, self.tree, &mut self.out.nodes)?;
         for &k in &tree.order {
             let [a, b, c] = corners[k as usize];
-            self.out.triangles.extend([a, b - a, c - a].iter().flat_map(|v| [v.x, v.y, v.z, 0.0]));
+            // From the corner's side: zeros get the signs of the reference's renderer, on which the frame around an axis-parallel
+            // normal depends.
+            let normal = (a - b).cross(a - c).normalize_or_zero().to_array();
+            self.out.triangles.extend([a, b, c].iter().zip(normal).flat_map(|(v, n)| [v.x, v.y, v.z, n]));
             self.out.triangle_ids.push(first + k);
         }
         let all = corners.iter().flatten();
