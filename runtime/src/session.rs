@@ -68,16 +68,24 @@ impl<'a> Session<'a> {
         options: &Options,
         interactive: bool,
     ) -> Result<Session<'a>, Error> {
+        let written = scene;
+        let asked = options.choices;
+        let options = Options { choices: asked.settled(), ..*options };
+        let interactive = interactive && !asked.overrides.removes(Effect::Interactive);
+        let scene = asked.overrides.apply(written);
         if options.choices.precision.is_double() && !device.info.double {
             return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
         }
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(scene, &options.choices, interactive)?;
+        let (plan, compiled) = render::plan_for(written, &scene, &asked, interactive)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
         let mut heard = Heard::default();
-        let scene = displace::apply(scene, &compiled, device, options.choices.precision, &mut heard)?;
+        let scene = match displace::apply(&scene, &compiled, device, options.choices.precision, &mut heard)? {
+            Cow::Owned(displaced) => Cow::Owned(displaced),
+            Cow::Borrowed(_) => scene,
+        };
         let geometry = accel::build(&scene, &plan.materials, &options.choices)?;
         let has_userdata = plan.has(Effect::Userdata) || plan.has(Effect::Attributes);
         let userdata = match has_userdata {
@@ -101,7 +109,7 @@ impl<'a> Session<'a> {
         let build_time = start.elapsed();
         Ok(Session {
             device,
-            options: *options,
+            options,
             scene,
             plan,
             compiled,
@@ -194,7 +202,12 @@ impl<'a> Session<'a> {
         self.heard.give(&mut messages);
         wavefront.log_times();
         let bytes_per_path = plan.layout.bytes_per_path(self.options.choices.precision.real_bytes());
-        let picture = render::picture(scene, &self.options, done, &data, plan.layout.film_channels() as usize);
+        let mut picture = render::picture(scene, &self.options, done, &data, plan.layout.film_channels() as usize);
+        if !plan.is_asked(Effect::Holdout) {
+            // Full everywhere.
+            picture.alpha.clear();
+        }
+        let (launches, buffers) = (wavefront.launches(), wavefront.buffers());
         drop(wavefront);
         let summary = Summary {
             device: device.info.name.clone(),
@@ -206,6 +219,8 @@ impl<'a> Session<'a> {
             counts,
             plan: plan.clone(),
             bytes_per_path,
+            launches,
+            buffers,
             warnings: self.compiled.warnings.clone(),
             messages,
         };
