@@ -7,7 +7,6 @@ use super::options::{self, Item, Spec, Takes, spec};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::film::{self, Picture};
-use oslcl_runtime::precision::Precision;
 use oslcl_runtime::render::Options;
 use oslcl_runtime::scene::{self, Film, Filter, Integrator};
 use std::path::{Path, PathBuf};
@@ -204,7 +203,7 @@ fn render_job(job: &Job) -> Result<(), Error> {
     scene.shaders = job.shaders.clone();
     scene.textures.splice(0..0, job.textures.iter().cloned());
     let device = Device::open(job.device.as_deref())?;
-    let options = Options { precision: Precision::Standard, time_limit: None };
+    let options = Options::default();
     let rendered = oslcl_runtime::render::render(&scene, &device, &options, &mut |_| {});
     let (picture, summary) = rendered.map_err(|error| render::say(path, error))?;
     write(&job.picture, &picture)?;
