@@ -144,6 +144,12 @@ pub struct ChoiceArgs {
     /// How exact the arithmetic is; the same as --set precision=... [default: the profile's, standard].
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionArg>,
+    /// Simulate an effect (`oslcl plan` lists them) that the scene does not call for: the picture stays the same; may be repeated.
+    #[arg(long, value_name = "EFFECT")]
+    pub force: Vec<String>,
+    /// Leave an effect out that the scene calls for: a warning says what will be wrong; may be repeated.
+    #[arg(long, value_name = "EFFECT")]
+    pub without: Vec<String>,
 }
 
 /// Arguments of `oslcl render`.
