@@ -50,6 +50,7 @@ pub struct Session<'a> {
     values: Vec<Supplies>,
     spread: Spread,
     seed: u64,
+    samples: u32,
     heard: Heard,
     compile_time: Duration,
     build_time: Duration,
@@ -98,7 +99,7 @@ impl<'a> Session<'a> {
         let geometry_time = start.elapsed();
 
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-        let seed = scene.integrator.seed;
+        let (seed, samples) = (scene.integrator.seed, scene.integrator.samples);
         let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
         let textures = match plan.has(Effect::Textures) {
             true => textures::pack(&compiled.textures, compiled.texture_files())?,
@@ -125,6 +126,7 @@ impl<'a> Session<'a> {
             values,
             spread,
             seed,
+            samples,
             heard,
             compile_time,
             build_time,
@@ -167,6 +169,11 @@ impl<'a> Session<'a> {
         self.seed = seed;
     }
 
+    /// Takes another number of samples per pixel in the next renders than the scene's, at least 1.
+    pub fn set_samples(&mut self, samples: u32) {
+        self.samples = samples.max(1);
+    }
+
     /// A name for all that decides the picture but the seed and the number of samples: programs, geometry, textures, values of
     /// interactive parameters, camera.
     pub fn fingerprint(&self) -> Result<blake3::Hash, Error> {
@@ -207,7 +214,7 @@ impl<'a> Session<'a> {
         let build_time = self.build_time + start.elapsed();
 
         let start = Instant::now();
-        let wanted = scene.integrator.samples;
+        let wanted = self.samples;
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         let mut report = |counts: &Counts| {
             watch(&Progress { counts: *counts, total: pixels * u64::from(wanted), elapsed: start.elapsed() });

@@ -92,6 +92,16 @@ pub struct Counts {
     pub repaired: u32,
 }
 
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Counts) {
+        self.rays += other.rays;
+        self.shadow_rays += other.shadow_rays;
+        self.samples += other.samples;
+        self.dropped += other.dropped;
+        self.repaired += other.repaired;
+    }
+}
+
 /// A scene on a device, being rendered.
 pub struct Wavefront<'a> {
     device: &'a Device,
