@@ -3,7 +3,8 @@
 //
 // In f32 these are range reductions and polynomials of our own: without branches (but for one, |x| > 1e5 in the
 // trigonometric ones), the same on each device, and several times faster than those of drivers that call a library
-// per lane. In f64, on devices without a fast fma, and with OSLCL_DRIVER_MATH, they are the driver's.
+// per lane. In f64, on devices without a fast fma, and with OSLCL_DRIVER_MATH, they are the driver's; in f32 with
+// OSLCL_NATIVE_MATH its native ones, where there are such, with errors that nobody bounds.
 //
 // Largest error in f32, in units in the last place, over all finite arguments (measured, docs/reports/maths.md):
 //   sin cos 1.6 (2.7 beyond 1e5) . tan 2.7 (3.5 beyond) . asin 2.3 . acos atan atan2 1.6 . exp exp2 1.1 . expm1 1.6
@@ -18,7 +19,7 @@
 
 #include "real.h"
 
-#if defined(OSLCL_F64) && !defined(OSLCL_DRIVER_MATH)
+#if (defined(OSLCL_F64) || defined(OSLCL_NATIVE_MATH)) && !defined(OSLCL_DRIVER_MATH)
 #define OSLCL_DRIVER_MATH
 #endif
 // Without a fused multiply-add in hardware the reductions below would be slow or wrong.
@@ -30,9 +31,15 @@ static inline real m_sqrt(real x) { return sqrt(x); }
 
 #ifdef OSLCL_DRIVER_MATH
 
-static inline real m_sin(real x) { return sin(x); }
-static inline real m_cos(real x) { return cos(x); }
-static inline real m_tan(real x) { return tan(x); }
+#if defined(OSLCL_NATIVE_MATH) && !defined(OSLCL_F64)
+#define M_DRIVER(name) native_##name
+#else
+#define M_DRIVER(name) name
+#endif
+
+static inline real m_sin(real x) { return M_DRIVER(sin)(x); }
+static inline real m_cos(real x) { return M_DRIVER(cos)(x); }
+static inline real m_tan(real x) { return M_DRIVER(tan)(x); }
 static inline real m_asin(real x) { return asin(x); }
 static inline real m_acos(real x) { return acos(x); }
 static inline real m_atan(real x) { return atan(x); }
@@ -40,20 +47,24 @@ static inline real m_atan2(real y, real x) { return atan2(y, x); }
 static inline real m_sinh(real x) { return sinh(x); }
 static inline real m_cosh(real x) { return cosh(x); }
 static inline real m_tanh(real x) { return tanh(x); }
-static inline real m_exp(real x) { return exp(x); }
-static inline real m_exp2(real x) { return exp2(x); }
+static inline real m_exp(real x) { return M_DRIVER(exp)(x); }
+static inline real m_exp2(real x) { return M_DRIVER(exp2)(x); }
 static inline real m_expm1(real x) { return expm1(x); }
-static inline real m_log(real x) { return log(x); }
-static inline real m_log2(real x) { return log2(x); }
-static inline real m_log10(real x) { return log10(x); }
+static inline real m_log(real x) { return M_DRIVER(log)(x); }
+static inline real m_log2(real x) { return M_DRIVER(log2)(x); }
+static inline real m_log10(real x) { return M_DRIVER(log10)(x); }
+#if defined(OSLCL_NATIVE_MATH) && !defined(OSLCL_F64)
+static inline real m_pow(real x, real y) { return x >= 0 ? native_powr(x, y) : pow(x, y); }
+#else
 static inline real m_pow(real x, real y) { return pow(x, y); }
+#endif
 static inline real m_cbrt(real x) { return cbrt(x); }
 static inline real m_erf(real x) { return erf(x); }
 static inline real m_erfc(real x) { return erfc(x); }
 
 static inline void m_sincos(real x, real *s, real *c) {
-    *s = sin(x);
-    *c = cos(x);
+    *s = M_DRIVER(sin)(x);
+    *c = M_DRIVER(cos)(x);
 }
 
 #else

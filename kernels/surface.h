@@ -21,7 +21,9 @@ static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
 #ifdef MATERIAL_INTERACTIVE
     sg->interactive = c->interactive + MATERIAL_INTERACTIVE;
 #endif
-#ifdef HAS_TEXTURES
+#ifdef WITHOUT_TEXTURES
+    sg->textures = 0;
+#elif defined(HAS_TEXTURES)
     sg->textures = c->textures;
 #endif
     sg->point = 0;
@@ -136,14 +138,18 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     }
 #endif
     sg->backfacing = dot(I, Ng) > 0;
+#ifndef HAS_TRUSTED_NORMALS
     if (dot(N, Ng) < 0) N = -N;
+#endif
     if (sg->backfacing) {
         Ng = -Ng;
         N = -N;
     }
+#ifndef HAS_TRUSTED_NORMALS
     // An interpolated normal that the viewer would see from below is bent back to the horizon.
     real below = dot(N, I) + (real)1e-4;
     if (below > 0) N = safe_normalize(N - I * below);
+#endif
     s.offset = Ng * (error * REAL_EPSILON);
     sg->P = s.P + constant_real3(c, CONSTANT_camera_position);
     sg->I = I;

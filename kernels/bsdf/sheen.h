@@ -3,7 +3,8 @@
 // visibility term 1 / (4 (co + ci - co ci)) of the Enterprise PBR shading model (Dassault Systemes, 2022, "sheen"), which
 // MaterialX takes; roughness within 0.07..1. Where that returns more light than it gets it is scaled as burley_diffuse.h does.
 // Mode 1: Zeltner, Burley and Chiang, "Practical Multiple-Scattering Sheen Using Linearly Transformed Cosines", 2022, with the
-// rational fits of the MaterialX library for their table (aInv, bInv, albedo); roughness within 0.01..1. Not reciprocal.
+// rational fits of the MaterialX library for their table (aInv, bInv, albedo), at the root of the roughness, as the reference
+// implementation has it; the root within 0.02..1. Not reciprocal.
 // The albedo is a factor of the weight: see ClosureRow::tint.
 #ifndef OSLCL_BSDF_SHEEN_H
 #define OSLCL_BSDF_SHEEN_H
@@ -19,7 +20,7 @@ static inline Lobe closure_sheen_bsdf_vfi(real3 N, real roughness, int mode)
     l.type = LOBE_SHEEN;
     l.flags = LOBE_REFLECTS | (mode == 1 ? LOBE_ZELTNER : 0);
     l.N = safe_normalize(N);
-    l.ax = fmin(fmax(roughness, mode == 1 ? (real)0.01 : (real)0.07), (real)1);
+    l.ax = mode == 1 ? fmin(fmax(safe_sqrt(roughness), (real)0.02), (real)1) : fmin(fmax(roughness, (real)0.07), (real)1);
     return l;
 }
 

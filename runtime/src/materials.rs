@@ -2,6 +2,7 @@
 //!
 //! In: a scene. Out: an artifact per material that is used. Of the compiler it sees the facade only.
 
+use crate::roads::Road;
 use crate::scene::{Material, ParamValue, Scene};
 use crate::textures::{self, Library};
 use crate::{attributes, displace, vertex_data};
@@ -10,7 +11,7 @@ use oslcl_compiler::{
     Artifact, Binding, Entry, Failure, Group, Includes, Master, Options, ParseError, TextError, compile,
 };
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -100,12 +101,12 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 
 /// Compiles every material that is used, in parallel. The first error in the scene's order is reported.
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
-    compile_for(scene, false)
+    compile_for(scene, false, Road::default())
 }
 
 /// As [`compile_all`]; `interactive`: values of interactive parameters of materials on surfaces and around them are read at
 /// run time.
-pub(crate) fn compile_for(scene: &Scene, interactive: bool) -> Result<Compiled, Error> {
+pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
     let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
@@ -116,7 +117,7 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool) -> Result<Compiled, 
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let (Some(slot), Some((material, role))) = (results.get(index), jobs.get(index)) else { break };
-            let output = compile_one(scene, *material, *role, &library, interactive);
+            let output = compile_one(scene, *material, *role, &library, interactive, road);
             *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(output);
         }
     };
@@ -135,13 +136,14 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool) -> Result<Compiled, 
         match result.into_inner().unwrap_or_else(PoisonError::into_inner) {
             // A thread that panicked took the whole scope with it.
             None => {}
-            Some(Ok(output)) => {
+            Some(Ok((output, left_out))) => {
                 if let Some(role) = role.refuses(&output.artifact.kind) {
                     let Artifact { name, kind, .. } = output.artifact;
                     return Err(Error::Kind { material, shader: name, kind, role });
                 }
                 let plain =
                     |d: &Diagnostic| oslcl_compiler::diag::render_plain(&output.sources, std::slice::from_ref(d));
+                compiled.warnings.extend(left_out.iter().map(|m| format!("warning: material `{material}`: {m}\n")));
                 compiled.warnings.extend(output.warnings.iter().map(plain));
                 let missing = missing(&library, &output.artifact);
                 compiled.warnings.extend(missing.map(|m| format!("warning: material `{material}`: {m}\n")));
@@ -171,13 +173,17 @@ pub(crate) fn missing<'a>(library: &'a Library, artifact: &'a Artifact) -> impl 
     })
 }
 
+/// The output, and what was left out on the way there.
+type Made = (oslcl_compiler::Output, Vec<String>);
+
 fn compile_one(
     scene: &Scene,
     index: usize,
     role: Role,
     library: &Arc<Library>,
     interactive: bool,
-) -> Result<oslcl_compiler::Output, Failure> {
+    road: Road,
+) -> Result<Made, Failure> {
     let material = &scene.materials[index];
     let (interactive, of) = match role {
         Role::Light => (interactive, index),
@@ -193,6 +199,7 @@ fn compile_one(
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
         entry,
         textures: Some(library.access()),
+        spirv: road == Road::Spirv,
         userdata: Some(vertex_data::declared(scene, of)),
         attributes: attributes::of_material(scene, of),
         interactive,
@@ -200,20 +207,20 @@ fn compile_one(
         ..Options::default()
     };
     if material.group {
-        return of_group(material, options);
+        return of_group(material, scene, options);
     }
-    compile(&material.source, &options, &Beside)
+    Ok((compile(&material.source, &options, &Beside)?, Vec::new()))
 }
 
-/// A group's shaders are files beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
+/// A group's shaders are files in the scene's folders or beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
 /// `layer.param`, or `param` for one of the last layer.
-fn of_group(material: &Material, mut options: Options) -> Result<oslcl_compiler::Output, Failure> {
+fn of_group(material: &Material, scene: &Scene, mut options: Options) -> Result<Made, Failure> {
     let told = |d: Diagnostic| Failure { diagnostics: vec![d], sources: Arc::default() };
-    let folder = material.path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let folders = [folder];
+    let beside = material.path.parent().unwrap_or(Path::new(""));
+    let folders: Vec<PathBuf> = scene.shaders.iter().cloned().chain([beside.to_path_buf()]).collect();
     let mut find = |name: &str| {
         let found = crate::shader_file::find(name, &folders);
-        let file = found.unwrap_or_else(|| folders[0].join(format!("{name}.osl")));
+        let file = found.unwrap_or_else(|| beside.join(format!("{name}.osl")));
         let source = match std::fs::read_to_string(&file) {
             Ok(text) => text,
             Err(cause) => match crate::scene::shipped(name) {
@@ -228,7 +235,7 @@ fn of_group(material: &Material, mut options: Options) -> Result<oslcl_compiler:
         let options = Options { file_name: file.to_string_lossy().into_owned(), ..Options::default() };
         Master::new(&source, &options, &Beside).map(Arc::new)
     };
-    let group = Group::parse(&material.name, &material.source, &mut find).map_err(|e| match e {
+    let mut group = Group::parse(&material.name, &material.source, &mut find).map_err(|e| match e {
         ParseError::Text(e) => {
             let message = format!("{}:{}:{}: shader group: {}", options.file_name, e.line, e.column, e.message);
             let d = Diagnostic::global("E4017", message);
@@ -247,7 +254,26 @@ fn of_group(material: &Material, mut options: Options) -> Result<oslcl_compiler:
             *name = format!("{last}.{name}");
         }
     }
-    group.instance(&options)
+    let left_out = if scene.conventions.unknown_params_warn { drop_unknown(&mut group) } else { Vec::new() };
+    Ok((group.instance(&options)?, left_out))
+}
+
+/// Takes away values for parameters that shaders do not have, and says which.
+fn drop_unknown(group: &mut Group) -> Vec<String> {
+    let mut dropped = Vec::new();
+    for layer in &mut group.layers {
+        let info = layer.master.info();
+        layer.bindings.retain(|bound| {
+            let root = bound.name.split('.').next().unwrap_or_default();
+            let known = info.params.iter().any(|p| p.name == root);
+            if !known {
+                dropped
+                    .push(format!("shader `{}` has no parameter `{}`; its value is left out", info.name, bound.name));
+            }
+            known
+        });
+    }
+    dropped
 }
 
 pub(crate) fn binding(value: &ParamValue) -> Binding {

@@ -2,16 +2,18 @@
 //!
 //! In: a scene, a device, settings. Out: a picture and a summary. It must not know the command line or picture files.
 
+use crate::choices::Choices;
 use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
-use crate::plan::Plan;
-use crate::precision::Precision;
-use crate::scene::{self, Scene};
+use crate::plan::{Plan, Stage};
+use crate::roads::Road;
+use crate::scene::{self, MaterialId, Scene};
 use crate::session::Session;
 use crate::wavefront::Counts;
 use crate::{accel, device, displace, programs, textures, told, vertex_data};
 use oslcl_compiler::Radiance;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// Why there is no picture.
@@ -74,8 +76,10 @@ pub enum Error {
 /// Settings that are not the scene's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Arithmetic.
-    pub precision: Precision,
+    /// What accuracy is bought with time. [`Choices::apply`] is for the caller: it changes the scene.
+    pub choices: Choices,
+    /// How materials' code gets into programs.
+    pub road: Road,
     /// Stop after this long with the samples that are done, all pixels alike; at least one sample is taken.
     pub time_limit: Option<Duration>,
 }
@@ -112,6 +116,10 @@ pub struct Summary {
     pub plan: Plan,
     /// Bytes of state that each path in flight has.
     pub bytes_per_path: u64,
+    /// How often each stage was launched, by stage and material.
+    pub launches: BTreeMap<(Stage, Option<MaterialId>), u32>,
+    /// The buffers that all stages see, by name, with their bytes.
+    pub buffers: Vec<(&'static str, u64)>,
     /// Warnings of the materials.
     pub warnings: Vec<String>,
     /// What the materials printed.
@@ -119,12 +127,19 @@ pub struct Summary {
 }
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
-pub fn plan(scene: &Scene, precision: Precision) -> Result<(Plan, Compiled), Error> {
-    plan_for(scene, precision, false)
+pub fn plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
+    plan_for(scene, &choices.overrides.apply(scene), choices, false, Road::default())
 }
 
-/// As [`plan`]; `interactive`: interactive parameters can change between renders.
-pub(crate) fn plan_for(scene: &Scene, precision: Precision, interactive: bool) -> Result<(Plan, Compiled), Error> {
+/// As [`plan`], of the scene as the choices leave what is `written`; `interactive`: interactive parameters can change between
+/// renders.
+pub(crate) fn plan_for(
+    written: &Scene,
+    scene: &Scene,
+    choices: &Choices,
+    interactive: bool,
+    road: Road,
+) -> Result<(Plan, Compiled), Error> {
     scene.check()?;
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     if pixels > 1 << 30 {
@@ -133,8 +148,9 @@ pub(crate) fn plan_for(scene: &Scene, precision: Precision, interactive: bool) -
     if scene.instances.is_empty() && scene.environment.is_none() {
         return Err(Error::Empty);
     }
-    let mut compiled = materials::compile_for(scene, interactive)?;
-    if let Some(id) = scene.environment
+    let mut compiled = materials::compile_for(scene, interactive, road)?;
+    if written.environment.is_some()
+        && let Some(id) = scene.environment
         && let Some(artifact) = &compiled.artifacts[id.0 as usize]
         && artifact.background == Radiance::None
     {
@@ -144,7 +160,8 @@ pub(crate) fn plan_for(scene: &Scene, precision: Precision, interactive: bool) -
         }
         compiled.warnings.push(format!("warning: the environment is black: {}\n", dark(&material)));
     }
-    let plan = Plan::new(scene, &compiled.artifacts, precision);
+    let plan = Plan::new(written, scene, &compiled.artifacts, choices);
+    compiled.warnings.extend(plan.warnings());
     Ok((plan, compiled))
 }
 
@@ -175,16 +192,23 @@ pub fn render(
 }
 
 /// The film's numbers as a picture.
-pub(crate) fn picture(scene: &Scene, options: &Options, samples: u32, data: &[f64], channels: usize) -> Picture {
+pub(crate) fn picture(
+    scene: &Scene,
+    options: &Options,
+    seed: u64,
+    samples: u32,
+    data: &[f64],
+    channels: usize,
+) -> Picture {
     // In f64 radiance can be what f32 calls infinite.
     let narrow = |x: f64| x.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
     let pixels = data.chunks(channels).map(|p| [narrow(p[0]), narrow(p[1]), narrow(p[2])]).collect();
     let alpha = if channels > 3 { data.chunks(channels).map(|p| p[3] as f32).collect() } else { Vec::new() };
     let attributes = [
         ("oslcl:samples", samples.to_string()),
-        ("oslcl:seed", scene.integrator.seed.to_string()),
+        ("oslcl:seed", seed.to_string()),
         ("oslcl:max_depth", scene.integrator.max_depth.to_string()),
-        ("oslcl:precision", format!("{:?}", options.precision).to_lowercase()),
+        ("oslcl:precision", format!("{:?}", options.choices.precision).to_lowercase()),
     ];
     Picture {
         width: scene.film.width as usize,

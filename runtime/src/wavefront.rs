@@ -7,10 +7,10 @@
 
 use crate::accel::{AliasTable, Geometry, row_major};
 use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
-use crate::plan::{BufferId, Constant, Counter, ENVIRONMENT_MAP_SIZE, Effect, Plan, Setting, Stage};
+use crate::plan::{BufferId, Constant, Counter, Effect, Plan, Setting, Stage};
 use crate::precision::Precision;
 use crate::programs::Kernels;
-use crate::scene::{MaterialId, Scene};
+use crate::scene::{Filter, MaterialId, Scene};
 use crate::shade::numbers;
 use crate::textures::Packed;
 use crate::vertex_data::Table;
@@ -68,7 +68,8 @@ impl Spread {
             DeviceKind::Gpu => PATHS_GPU,
             _ => PATHS_PER_CORE * device.info.units.clamp(1, 128),
         };
-        let fits = device.info.memory / MEMORY_SHARE / plan.layout.bytes_per_path(plan.precision.real_bytes()).max(1);
+        let fits =
+            device.info.memory / MEMORY_SHARE / plan.layout.bytes_per_path(plan.choices.precision.real_bytes()).max(1);
         let wanted = (pixels * u64::from(samples)).clamp(GROUP as u64, u64::from(most));
         let paths = wanted.min(fits.max(GROUP as u64)).next_multiple_of(GROUP as u64) as u32;
         let slots_per_pixel = (u64::from(paths) / pixels.max(1)).clamp(1, u64::from(samples)) as u32;
@@ -91,6 +92,16 @@ pub struct Counts {
     pub repaired: u32,
 }
 
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Counts) {
+        self.rays += other.rays;
+        self.shadow_rays += other.shadow_rays;
+        self.samples += other.samples;
+        self.dropped += other.dropped;
+        self.repaired += other.repaired;
+    }
+}
+
 /// A scene on a device, being rendered.
 pub struct Wavefront<'a> {
     device: &'a Device,
@@ -102,8 +113,10 @@ pub struct Wavefront<'a> {
     settings: [u32; Setting::ALL.len()],
     environment: Option<MaterialId>,
     varying_lights: Vec<MaterialId>,
-    /// Launches and time of each stage, when the log asks for them: every launch is waited for then.
-    times: Option<RefCell<BTreeMap<Stage, (u32, Duration)>>>,
+    /// Every launch so far.
+    launches: RefCell<BTreeMap<(Stage, Option<MaterialId>), u32>>,
+    /// Time of each stage, when the log asks for it: every launch is waited for then.
+    times: Option<RefCell<BTreeMap<Stage, Duration>>>,
 }
 
 impl<'a> Wavefront<'a> {
@@ -125,9 +138,10 @@ impl<'a> Wavefront<'a> {
             spread,
             pixels: u64::from(scene.film.width) * u64::from(scene.film.height),
             buffers: HashMap::new(),
-            settings: settings(scene, geometry, spread),
+            settings: settings(scene, plan, geometry, spread),
             environment: scene.environment,
             varying_lights: geometry.lights.varying_materials(),
+            launches: RefCell::default(),
             times: tracing::enabled!(tracing::Level::DEBUG).then(RefCell::default),
         };
         for (id, name) in plan.layout.buffers() {
@@ -149,7 +163,7 @@ impl<'a> Wavefront<'a> {
         spread: Spread,
     ) -> Result<(), Error> {
         let numbers = pixels * u64::from(plan.layout.film_channels());
-        let real_bytes = plan.precision.real_bytes();
+        let real_bytes = plan.choices.precision.real_bytes();
         let mut sizes: Vec<(&str, u64)> = plan
             .layout
             .buffers()
@@ -161,7 +175,7 @@ impl<'a> Wavefront<'a> {
     }
 
     fn precision(&self) -> Precision {
-        self.plan.precision
+        self.plan.choices.precision
     }
 
     fn make(&self, id: BufferId, name: &str, scene: &Scene, g: &Geometry, s: &Supplied<'_>) -> Result<Buffer, Error> {
@@ -229,10 +243,11 @@ impl<'a> Wavefront<'a> {
             if let Some(kernel) = self.kernels.get(Stage::LightPower, Some(*material)) {
                 let queue = self.plan.layout.light_queue(k as u32);
                 self.launch(kernel, queue, Some(&powers), lights.len() as u64)?;
+                self.note(Stage::LightPower, Some(*material));
             }
         }
         let radiance = read_reals(self.device, &powers, lights.len(), self.precision())?;
-        geometry.lights.choose(&radiance);
+        geometry.lights.choose(&radiance, self.plan.choices.lights);
         self.buffers
             .insert(BufferId::Lights, upload_reals(self.device, "lights", &geometry.lights.reals, self.precision())?);
         self.buffers.insert(BufferId::LightWords, self.device.upload("light_words", &geometry.lights.words)?);
@@ -242,16 +257,23 @@ impl<'a> Wavefront<'a> {
     /// Asks the environment's shader for its radiance in all directions, to sample the bright ones.
     fn map_environment(&mut self) -> Result<(), Error> {
         let Some(kernel) = self.kernels.get(Stage::EnvironmentMap, self.environment) else { return Ok(()) };
-        let cells = ENVIRONMENT_MAP_SIZE.0 as usize * ENVIRONMENT_MAP_SIZE.1 as usize;
+        let size = self.plan.environment_map();
+        let cells = size.0 as usize * size.1 as usize;
         let map = self.device.buffer("environment map", 3 * cells as u64 * self.precision().real_bytes())?;
         self.launch(kernel, 0, Some(&map), cells as u64)?;
+        self.note(Stage::EnvironmentMap, self.environment);
         let radiance = read_reals(self.device, &map, 3 * cells, self.precision())?;
-        let table = AliasTable::new(&environment_weights(&radiance));
+        let table = AliasTable::new(&environment_weights(&radiance, size));
         let interleaved: Vec<f64> = table.probability.iter().zip(&table.share).flat_map(|(p, s)| [*p, *s]).collect();
         let cells = upload_reals(self.device, "environment_cells", &interleaved, self.precision())?;
         self.buffers.insert(BufferId::EnvironmentCells, cells);
         self.buffers.insert(BufferId::EnvironmentAlias, self.device.upload("environment_alias", &table.alias)?);
         Ok(())
+    }
+
+    /// Sets the seed of the random numbers, until then the scene's.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.set(Setting::Seed, folded(seed));
     }
 
     /// Launches every stage with nothing to do: drivers that finish compiling a kernel at its first launch do so now, so that
@@ -337,14 +359,28 @@ impl<'a> Wavefront<'a> {
         let Some(kernel) = self.kernels.get(stage, material) else { return Ok(()) };
         let start = Instant::now();
         self.launch(kernel, launch, None, u64::from(self.spread.paths))?;
+        self.note(stage, material);
         if let Some(times) = &self.times {
             self.device.finish()?;
             let mut times = times.borrow_mut();
-            let (launches, time) = times.entry(stage).or_default();
-            *launches += 1;
-            *time += start.elapsed();
+            *times.entry(stage).or_default() += start.elapsed();
         }
         Ok(())
+    }
+
+    fn note(&self, stage: Stage, material: Option<MaterialId>) {
+        *self.launches.borrow_mut().entry((stage, material)).or_default() += 1;
+    }
+
+    /// How often each stage was launched so far.
+    pub fn launches(&self) -> BTreeMap<(Stage, Option<MaterialId>), u32> {
+        self.launches.borrow().clone()
+    }
+
+    /// The buffers that all stages see, with their bytes.
+    pub fn buffers(&self) -> Vec<(&'static str, u64)> {
+        let bytes = |id| self.buffers.get(&id).map_or(0, Buffer::bytes);
+        self.plan.layout.buffers().map(|(id, name)| (name, bytes(id))).collect()
     }
 
     fn counters(&self) -> Result<Vec<u32>, Error> {
@@ -385,7 +421,9 @@ impl<'a> Wavefront<'a> {
 
     /// Writes the stages' times to the log.
     pub fn log_times(&self) {
-        for (stage, (launches, time)) in self.times.iter().flat_map(|t| t.borrow().clone()) {
+        for (stage, time) in self.times.iter().flat_map(|t| t.borrow().clone()) {
+            let launches: u32 =
+                self.launches.borrow().iter().filter(|((s, _), _)| *s == stage).map(|(_, count)| count).sum();
             tracing::debug!(stage = stage.name(), launches, ms = time.as_millis() as u64, "stage");
         }
     }
@@ -396,6 +434,7 @@ impl<'a> Wavefront<'a> {
         let picture = self.device.buffer("picture", numbers as u64 * self.precision().real_bytes())?;
         if let Some(kernel) = self.kernels.get(Stage::Resolve, None) {
             self.launch(kernel, samples, Some(&picture), self.pixels)?;
+            self.note(Stage::Resolve, None);
         }
         read_reals(self.device, &picture, numbers, self.precision())
     }
@@ -405,8 +444,8 @@ impl<'a> Wavefront<'a> {
 fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, spread: Spread) -> u64 {
     let layout = &plan.layout;
     let paths = u64::from(spread.paths);
-    let cells = u64::from(ENVIRONMENT_MAP_SIZE.0) * u64::from(ENVIRONMENT_MAP_SIZE.1);
-    let reals = |count: u64| count * plan.precision.real_bytes();
+    let cells = u64::from(plan.environment_map().0) * u64::from(plan.environment_map().1);
+    let reals = |count: u64| count * plan.choices.precision.real_bytes();
     let words = |count: usize| 4 * count as u64;
     match id {
         BufferId::Path => reals(paths * u64::from(layout.real_planes())),
@@ -465,8 +504,8 @@ fn place(setting: Setting) -> usize {
 
 /// Weights of the map's cells from their radiance. Each gets a part of its neighbours' as well: where the edge of something
 /// bright runs through a cell that the map's few points call dark, paths would find it too rarely and too brightly.
-fn environment_weights(radiance: &[f64]) -> Vec<f64> {
-    let (width, height) = (ENVIRONMENT_MAP_SIZE.0 as usize, ENVIRONMENT_MAP_SIZE.1 as usize);
+fn environment_weights(radiance: &[f64], (width, height): (u32, u32)) -> Vec<f64> {
+    let (width, height) = (width as usize, height as usize);
     let usable = |x: f64| if x.is_finite() && x > 0.0 { x } else { 0.0 };
     let own: Vec<f64> = radiance.chunks(3).map(|rgb| rgb.iter().map(|x| usable(*x)).sum()).collect();
     let around = |x: usize, y: usize| {
@@ -477,17 +516,25 @@ fn environment_weights(radiance: &[f64]) -> Vec<f64> {
     (0..own.len()).map(|i| own[i] + 0.1 * around(i % width, i / width)).collect()
 }
 
-fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
-    // The seed's halves are mixed: kernels take 32 bits.
-    let seed = scene.integrator.seed;
-    let seed = (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32;
+/// The seed's halves mixed: kernels take 32 bits.
+fn folded(seed: u64) -> u32 {
+    (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32
+}
+
+fn settings(scene: &Scene, plan: &Plan, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
     Setting::ALL.map(|(setting, _)| match setting {
         Setting::Width => scene.film.width,
         Setting::Height => scene.film.height,
-        Setting::Seed => seed,
+        Setting::Seed => folded(scene.integrator.seed),
         Setting::MaxDepth => scene.integrator.max_depth,
         Setting::RouletteFrom => scene.integrator.roulette_from.unwrap_or(u32::MAX),
         Setting::Lights => geometry.lights.len() as u32,
+        Setting::Filter => match scene.filter {
+            Filter::Tent if plan.is_asked(Effect::TentFilter) => 1,
+            Filter::Middle if plan.is_asked(Effect::MiddleFilter) => 2,
+            _ => 0,
+        },
+        Setting::TwoSided => u32::from(plan.is_asked(Effect::TwoSidedEmission)),
         Setting::SlotsPerPixel => spread.slots_per_pixel,
         Setting::Slots | Setting::PixelFirst | Setting::SampleFirst | Setting::SampleEnd => 0,
     })
@@ -510,6 +557,12 @@ fn constants(scene: &Scene, plan: &Plan) -> Vec<f64> {
     put(Constant::LensRadius, &[camera.lens_radius]);
     put(Constant::FocusDistance, &[camera.focus_distance]);
     put(Constant::Environment, &plan.constant_environment);
+    let share = match plan.is_asked(Effect::EnvironmentSampling) {
+        true if plan.is_asked(Effect::Lights) => 0.5,
+        true => 1.0,
+        false => 0.0,
+    };
+    put(Constant::EnvironmentShare, &[share]);
     if plan.has(Effect::CameraSpace) {
         put(Constant::CameraSpace, &[to_world, to_world.inverse()].map(|map| row_major(&map)).concat());
     }

@@ -379,7 +379,7 @@ fn pictures_of_both_kinds_and_every_precision_agree() {
     assert!(at.read("p.png").starts_with(b"\x89PNG\r\n"));
     let run = at.oslcl(&["compare", "standard.exr", "standard.exr"]);
     succeeds(&run);
-    assert!(run.out.contains("relative MSE  0.000000"), "{}", run.out);
+    assert!(run.out.contains("relative MSE  0.000000") && run.out.contains("FLIP          0.000000"), "{}", run.out);
 }
 
 #[test]
@@ -486,4 +486,85 @@ fn shaders_are_compared_with_themselves_in_f64() {
     assert_eq!(thirds, [1.0, 1.5, 2.0], "{}", moved.out);
     fails(&at.oslcl(&["shade", "s.osl", "--domain", "0", "inf", "0", "1"]), 2, &["--domain takes finite numbers"]);
     fails(&at.oslcl(&["shade", "s.osl", "--compare", "f16"]), 2, &["f16", "f64", "host"]);
+}
+
+#[test]
+fn choices_are_checked_and_change_what_they_should() {
+    let at = Folder::new("choices");
+    at.write("s.toml", square("shader = \"matte\""));
+    for (args, parts) in [
+        (["--set", "samplr=sobol"], ["--set samplr=sobol", "did you mean `sampler`?"]),
+        (["--set", "sampler"], ["--set sampler", "NAME=VALUE"]),
+        (["--set", "environment_map=100"], ["cannot be `100`", "a power of two"]),
+        (["--profile", "best"], ["--profile best", "draft, standard, reference"]),
+    ] {
+        let run = at.oslcl(&[&["render", "s.toml", "-o", "p.exr", "--spp", "1"][..], &args[..]].concat());
+        fails(&run, 2, &parts);
+    }
+    let picture = |name: &str, args: &[&str]| {
+        let out = format!("{name}.exr");
+        succeeds(&at.oslcl(&[&["render", "s.toml", "-o", &out, "--spp", "4"][..], args].concat()));
+        at.picture(&out).pixels
+    };
+    let plain = picture("plain", &[]);
+    assert_eq!(picture("standard", &["--profile", "standard"]), plain);
+    assert_ne!(picture("sobol", &["--set", "sampler=sobol"]), plain);
+    assert_eq!(picture("last", &["--set", "sampler=sobol", "--set", "sampler=independent"]), plain);
+    assert_ne!(picture("short", &["--set", "depth=1"]), plain);
+    picture("draft", &["--profile", "draft"]);
+    picture("reference", &["--profile", "reference"]);
+}
+
+#[test]
+fn a_study_says_what_each_choice_costs() {
+    let at = Folder::new("study");
+    at.write("s.toml", square("shader = \"matte\""));
+    let args = ["bench", "accuracy", "s.toml", "-o", "out", "--spp", "4", "--seeds", "2", "--references", "refs"];
+    let run = at.oslcl(&[&args[..], &["--reference-spp", "64"]].concat());
+    succeeds(&run);
+    for name in ["default", "sampler=sobol", "precision=fast", "depth=2", "profile draft", "spp=16"] {
+        assert!(run.out.contains(&format!("| {name} |")), "{name}: {}", run.out);
+    }
+    let csv = String::from_utf8(at.read("out/accuracy-s.csv")).expect("text");
+    let mse = |name: &str| -> f64 {
+        let line = csv.lines().find(|l| l.starts_with(&format!("{name},"))).expect("a row");
+        line.split(',').nth(4).and_then(|n| n.parse().ok()).expect("a number")
+    };
+    assert!(mse("spp=16") < 0.5 * mse("default"), "{csv}");
+    let page = String::from_utf8(at.read("out/accuracy-s.md")).expect("text");
+    assert!(page.contains("oslcl bench accuracy s.toml --spp 4 --seeds 2 --reference-spp 64"), "{page}");
+    for plot in ["out/accuracy-s-mse.svg", "out/accuracy-s-flip.svg"] {
+        assert!(String::from_utf8(at.read(plot)).expect("text").contains("sampler=sobol"), "{plot}");
+    }
+    // The reference is kept, and made again where a file is damaged.
+    let kept = std::fs::read_dir(at.0.join("refs")).expect("a folder").flatten().next().expect("a reference").path();
+    let before = std::fs::read(&kept).expect("a picture");
+    std::fs::write(&kept, &before[..before.len() / 2]).expect("damaged");
+    succeeds(&at.oslcl(&[&args[..], &["--reference-spp", "64"]].concat()));
+    assert_eq!(std::fs::read(&kept).expect("a picture"), before);
+    fails(&at.oslcl(&["bench", "accuracy", "none.toml"]), 1, &["none.toml"]);
+    fails(&at.oslcl(&["bench", "accuracy", "s.toml", "--seeds", "1"]), 2, &["--seeds"]);
+}
+
+#[test]
+fn a_target_error_is_reached_and_said() {
+    let at = Folder::new("target");
+    at.write("s.toml", square("shader = \"matte\""));
+    let samples = |error: &str| -> f64 {
+        let run = at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", error]);
+        succeeds(&run);
+        let line = run.err.lines().find(|l| l.starts_with("error ")).unwrap_or_else(|| panic!("{}", run.err));
+        let reached: f64 = line.split_whitespace().nth(1).and_then(|n| n.parse().ok()).expect("a number");
+        assert!(reached <= error.parse().expect("a number"), "{line}");
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let at = words.iter().position(|w| *w == "samples").expect("samples");
+        words[at - 1].parse().expect("a number")
+    };
+    let (coarse, fine) = (samples("0.016"), samples("0.004"));
+    // A quarter of the error takes 16 times the samples, give or take the steps.
+    assert!(fine / coarse > 8.0 && fine / coarse < 32.0, "{coarse} {fine}");
+    for wrong in ["0", "1", "nan", "x"] {
+        fails(&at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", wrong]), 2, &["--target-error"]);
+    }
+    fails(&at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", "0.1", "--spp", "3"]), 2, &["--spp"]);
 }

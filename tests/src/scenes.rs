@@ -5,7 +5,9 @@ use oslcl_runtime::device::Device;
 use oslcl_runtime::film::Picture;
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::render::{self, Options, Summary};
-use oslcl_runtime::scene::{Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene};
+use oslcl_runtime::scene::{
+    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene,
+};
 
 /// A scene without anything but a camera at (0, -5, 0) that looks along y, and 16 x 16 pixels.
 pub fn empty() -> Scene {
@@ -24,7 +26,10 @@ pub fn empty() -> Scene {
         instances: Vec::new(),
         materials: Vec::new(),
         environment: None,
+        conventions: Conventions::default(),
+        filter: Filter::Box,
         textures: Vec::new(),
+        shaders: Vec::new(),
         attributes: Vec::new(),
     }
 }
@@ -86,6 +91,6 @@ pub fn sphere() -> Mesh {
 /// Renders a scene on the first device.
 pub fn render(scene: &Scene, precision: Precision) -> (Picture, Summary) {
     let device = Device::open(None).expect("an OpenCL device");
-    let options = Options { precision, time_limit: None };
+    let options = Options { choices: precision.into(), ..Options::default() };
     render::render(scene, &device, &options, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"))
 }

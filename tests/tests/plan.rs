@@ -18,7 +18,7 @@ fn wall_of(source: &str) -> Scene {
 }
 
 fn effects(scene: &Scene) -> BTreeSet<&'static str> {
-    let (plan, _) = render::plan(scene, Precision::Standard).unwrap_or_else(|e| panic!("{e}"));
+    let (plan, _) = render::plan(scene, &Precision::Standard.into()).unwrap_or_else(|e| panic!("{e}"));
     plan.decisions.iter().filter(|d| d.is_on()).map(|d| d.effect.name()).collect()
 }
 
@@ -104,7 +104,7 @@ fn settings_and_geometry_ask_too() {
     let sky = material(&mut scene, "surface s() { Ci = max(0, I[2]) * background(); }", &[]);
     scene.environment = Some(sky);
     assert!(effects(&scene).contains("environment_sampling"));
-    let (plan, _) = render::plan(&scene, Precision::Reference).expect("plans");
+    let (plan, _) = render::plan(&scene, &Precision::Reference.into()).expect("plans");
     assert!(plan.has(Effect::DoublePrecision));
 }
 
@@ -135,7 +135,7 @@ fn textures_are_there_when_asked_for() {
 
 /// The text of all programs, as the device gets it.
 fn text_of(scene: &Scene) -> String {
-    let (plan, _) = render::plan(scene, Precision::Standard).unwrap_or_else(|e| panic!("{e}"));
+    let (plan, _) = render::plan(scene, &Precision::Standard.into()).unwrap_or_else(|e| panic!("{e}"));
     plan.programs.iter().map(|p| programs::source(&plan, p, 64).expect("assembles")).collect()
 }
 

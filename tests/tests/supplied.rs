@@ -103,7 +103,7 @@ fn attributes_are_looked_up_from_the_object_outwards() {
     scene.instances[0].attributes =
         named(&[("wear", ParamValue::Float(0.25)), ("tint", ParamValue::Floats(vec![1.0, 0.5, 0.0]))]);
     near(uniform(&scene), [1.25, 6.0, 15.0]);
-    let (plan, _) = renderer::plan(&scene, Precision::Standard).expect("plans");
+    let (plan, _) = renderer::plan(&scene, &Precision::Standard.into()).expect("plans");
     assert!(plan.decisions.iter().all(|d| d.effect.name() != "attributes" || !d.is_on()), "known when it is compiled");
 }
 
@@ -236,7 +236,7 @@ fn values_change_without_building_again() {
     assert_eq!(said, "material `m0`: the value does not fit `Kd`, which is of type float");
     assert!(refused(session.set(MaterialId(4), "Kd", &ParamValue::Int(1))).contains("number 4"));
     // Rendered once, it is a value like all others.
-    let (plan, _) = renderer::plan(&scene, Precision::Standard).expect("plans");
+    let (plan, _) = renderer::plan(&scene, &Precision::Standard.into()).expect("plans");
     assert!(plan.programs.iter().all(|p| !p.macros.iter().any(|m| m.contains("INTERACTIVE"))));
 }
 
@@ -264,7 +264,7 @@ fn what_is_printed_comes_once_with_its_count() {
 #[test]
 fn traced_rays_find_nothing_and_that_is_said_with_its_place() {
     let scene = wall_of("surface s() {\n    Ci = trace(P, N) * diffuse(N);\n}");
-    let (_, compiled) = renderer::plan(&scene, Precision::Standard).unwrap_or_else(|e| panic!("{e}"));
+    let (_, compiled) = renderer::plan(&scene, &Precision::Standard.into()).unwrap_or_else(|e| panic!("{e}"));
     let said = compiled.warnings.concat();
     assert!(said.contains("`trace`") && said.contains("m0.osl:2:10"), "{said}");
 }
@@ -273,6 +273,6 @@ fn traced_rays_find_nothing_and_that_is_said_with_its_place() {
 fn damaged_data_is_refused() {
     let mut scene = wall_of(PAINTED);
     scene.meshes[0] = Mesh { data: vec![VertexData { values: vec![1.0; 5], ..painted() }], ..wall() };
-    let said = renderer::plan(&scene, Precision::Standard).map(|_| ()).expect_err("refused").to_string();
+    let said = renderer::plan(&scene, &Precision::Standard.into()).map(|_| ()).expect_err("refused").to_string();
     assert!(said.contains("vertex data"), "{said}");
 }

@@ -5,7 +5,7 @@
 pub enum ClosureRole {
     /// A scattering lobe: the renderer's `LOBE_*` type with this name, evaluated by `kernels/bsdf/NAME.h`.
     Lobe(&'static str),
-    /// Adds radiance on the front side.
+    /// Adds radiance; which side emits is the renderer's to say.
     Emission,
     /// Radiance of the environment.
     Background,

@@ -4,6 +4,7 @@
 //! array, and the order of the leaves. It must not know meshes, materials or devices.
 
 use super::Error;
+use crate::choices::TreeQuality;
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -44,11 +45,21 @@ impl Boundable for Boxed {
 }
 
 /// Builds a tree over triangles. `first_leaf` is the index that the first triangle of `order` will have.
-pub(super) fn over_triangles(corners: &[[DVec3; 3]], first_leaf: u32, nodes: &mut Vec<f32>) -> Result<Tree, Error> {
+pub(super) fn over_triangles(
+    corners: &[[DVec3; 3]],
+    first_leaf: u32,
+    quality: TreeQuality,
+    nodes: &mut Vec<f32>,
+) -> Result<Tree, Error> {
     let narrow = |p: DVec3| Vec3A::from(p.as_vec3());
     let triangles: Vec<Triangle> =
         corners.iter().map(|[a, b, c]| Triangle { v0: narrow(*a), v1: narrow(*b), v2: narrow(*c) }).collect();
-    let quality = if triangles.len() > MANY { BvhBuildParams::medium_build() } else { BvhBuildParams::slow_build() };
+    let quality = match quality {
+        TreeQuality::Fast => BvhBuildParams::fast_build(),
+        TreeQuality::Medium => BvhBuildParams::medium_build(),
+        TreeQuality::Auto if triangles.len() > MANY => BvhBuildParams::medium_build(),
+        TreeQuality::Slow | TreeQuality::Auto => BvhBuildParams::slow_build(),
+    };
     let bvh = build_bvh2_from_tris(&triangles, quality, &mut Duration::default());
     let mut order = Vec::with_capacity(bvh.primitive_indices.len());
     let tree = write_nodes(&bvh, nodes, &mut |first, count| {
@@ -265,7 +276,7 @@ mod tests {
     #[test]
     fn a_single_triangle_is_both_children_of_the_root() {
         let mut nodes = Vec::new();
-        let tree = over_triangles(&[triangle(0.0)], 5, &mut nodes).expect("builds");
+        let tree = over_triangles(&[triangle(0.0)], 5, TreeQuality::Auto, &mut nodes).expect("builds");
         assert_eq!((nodes.len(), tree.root, tree.order.as_slice()), (16, 0, &[0u32][..]));
         assert_eq!([12, 13, 14, 15].map(|i: usize| nodes[i].to_bits()), [5, 5, 1, 1]);
     }
@@ -274,7 +285,7 @@ mod tests {
     fn triangles_in_one_place_make_no_list() {
         let mut corners = vec![[DVec3::ONE; 3]; 500];
         corners.push(triangle(0.0));
-        let tree = over_triangles(&corners, 0, &mut Vec::new()).expect("builds");
+        let tree = over_triangles(&corners, 0, TreeQuality::Auto, &mut Vec::new()).expect("builds");
         assert!(tree.depth <= LEVEL_DEPTH, "{}", tree.depth);
         let found: std::collections::BTreeSet<u32> = tree.order.iter().copied().collect();
         assert_eq!(found.len(), corners.len());
@@ -286,7 +297,7 @@ mod tests {
     fn leaves_cover_all_triangles_and_boxes_contain_them() {
         let triangles: Vec<_> = (0..100).map(|i| triangle(f64::from(i) * 1.5)).collect();
         let mut nodes = Vec::new();
-        let tree = over_triangles(&triangles, 0, &mut nodes).expect("builds");
+        let tree = over_triangles(&triangles, 0, TreeQuality::Auto, &mut nodes).expect("builds");
         let mut seen = [false; 100];
         for node in nodes.chunks(16) {
             for child in [0, 1].map(|side| child_places(side).map(|place| node[place])) {

@@ -3,6 +3,7 @@
 //! In: triangles and what they emit. Out: arrays as kernels/lights.h reads them.
 
 use super::AliasTable;
+use crate::choices::LightChoice;
 use crate::scene::MaterialId;
 use glam::DVec3;
 
@@ -84,7 +85,7 @@ impl Lights {
     }
 
     /// When the tree stands: finds the triangles' places in leaf order, and chooses by the constant radiances.
-    pub(super) fn finish(&mut self, triangle_ids: &[u32]) {
+    pub(super) fn finish(&mut self, triangle_ids: &[u32], choice: LightChoice) {
         if self.is_empty() {
             return;
         }
@@ -96,7 +97,7 @@ impl Lights {
         for (i, number) in self.numbers.iter().enumerate() {
             self.words[LIGHT_WORDS * i + 1] = place[*number as usize];
         }
-        self.choose(&self.radiance());
+        self.choose(&self.radiance(), choice);
     }
 
     /// The mean of the channels of each light's radiance; 1 where a shader has to be asked.
@@ -104,11 +105,15 @@ impl Lights {
         self.reals.chunks(LIGHT_REALS).map(|light| light[RADIANCE..][..3].iter().sum::<f64>() / 3.0).collect()
     }
 
-    /// Makes the choice proportional to radiance times area. `radiance`: the mean of the channels per light.
-    pub fn choose(&mut self, radiance: &[f64]) {
+    /// Makes the choice among the lights; their power is radiance times area. `radiance`: the mean of the channels per light.
+    pub fn choose(&mut self, radiance: &[f64], choice: LightChoice) {
         let usable = |x: f64| if x.is_finite() && x > 0.0 { x } else { 0.0 };
-        let power: Vec<f64> = self.areas.iter().zip(radiance).map(|(a, r)| usable(a * usable(*r))).collect();
-        let table = AliasTable::new(&power);
+        let power = self.areas.iter().zip(radiance).map(|(a, r)| usable(a * usable(*r)));
+        let weights: Vec<f64> = match choice {
+            LightChoice::Power => power.collect(),
+            LightChoice::Uniform => power.map(|p| if p > 0.0 { 1.0 } else { 0.0 }).collect(),
+        };
+        let table = AliasTable::new(&weights);
         for (i, area) in self.areas.iter().enumerate() {
             let light = &mut self.reals[LIGHT_REALS * i..][..LIGHT_REALS];
             light[DENSITY] = if *area > 0.0 { table.probability[i] / area } else { 0.0 };

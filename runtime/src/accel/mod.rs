@@ -13,7 +13,9 @@ mod lights;
 pub use alias::AliasTable;
 pub use lights::{Emission, Lights};
 
-use crate::scene::{Instance, Mesh, Scene};
+use crate::choices::{Choices, TreeQuality};
+use crate::plan::Effect;
+use crate::scene::{Instance, Mesh, MeshId, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// What geometry can't be built from.
@@ -83,6 +85,16 @@ impl Geometry {
         !self.instance_roots.is_empty()
     }
 
+    /// Calls `f` with the bytes of all numbers, in a fixed order.
+    pub fn visit_bytes(&self, f: &mut dyn FnMut(&[u8])) {
+        let floats = [&self.nodes, &self.normals, &self.uvs];
+        floats.into_iter().flatten().for_each(|x| f(&x.to_le_bytes()));
+        let doubles = [&self.triangles, &self.areas, &self.object_spaces, &self.instances, &self.lights.reals];
+        doubles.into_iter().flatten().for_each(|x| f(&x.to_le_bytes()));
+        let ids = [&self.triangle_ids, &self.corners, &self.shapes, &self.first_vertices, &self.instance_roots];
+        ids.into_iter().chain([&self.lights.words]).flatten().for_each(|x| f(&x.to_le_bytes()));
+    }
+
     /// Triangles in memory.
     pub fn triangle_count(&self) -> usize {
         self.corners.len() / 4
@@ -91,11 +103,16 @@ impl Geometry {
 
 /// Whether a scene places some mesh more than once.
 pub fn shares_meshes(scene: &Scene) -> bool {
+    shared_meshes(scene).next().is_some()
+}
+
+/// The meshes that a scene places more than once; again for each placement after the first.
+pub fn shared_meshes(scene: &Scene) -> impl Iterator<Item = MeshId> + '_ {
     let mut seen = vec![false; scene.meshes.len()];
     // What is displaced gets a mesh of its own.
     let displaced = |i: &&Instance| scene.materials[i.material.0 as usize].displacement.is_some();
-    let mut shared = scene.instances.iter().filter(|i| !displaced(i));
-    shared.any(|i| std::mem::replace(&mut seen[i.mesh.0 as usize], true))
+    let shared = scene.instances.iter().filter(move |i| !displaced(i)).map(|i| i.mesh);
+    shared.filter(move |m| std::mem::replace(&mut seen[m.0 as usize], true))
 }
 
 /// What geometry says of materials.
@@ -108,7 +125,7 @@ pub struct MaterialUse {
 }
 
 /// Builds the arrays. `materials` has one element per material of the scene.
-pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error> {
+pub fn build(scene: &Scene, materials: &[MaterialUse], choices: &Choices) -> Result<Geometry, Error> {
     let _span = tracing::info_span!("accel").entered();
     let mut uses = vec![0u32; scene.meshes.len()];
     for instance in &scene.instances {
@@ -119,11 +136,11 @@ pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error
     if count > MAX_TRIANGLES {
         return Err(Error::TooMany { count, most: MAX_TRIANGLES });
     }
-    let mut builder = Builder::new(scene, materials);
+    let mut builder = Builder::new(scene, materials, choices.tree);
     builder.shapes();
-    builder.place(&uses)?;
+    builder.place(&uses, choices.overrides.forces(Effect::Instances))?;
     let mut geometry = builder.out;
-    geometry.lights.finish(&geometry.triangle_ids);
+    geometry.lights.finish(&geometry.triangle_ids, choices.lights);
     tracing::info!(triangles = geometry.triangle_count(), nodes = geometry.nodes.len() / 16, "geometry built");
     Ok(geometry)
 }
@@ -131,6 +148,7 @@ pub fn build(scene: &Scene, materials: &[MaterialUse]) -> Result<Geometry, Error
 struct Builder<'a> {
     scene: &'a Scene,
     materials: &'a [MaterialUse],
+    tree: TreeQuality,
     out: Geometry,
     any_normals: bool,
     any_uvs: bool,
@@ -146,10 +164,11 @@ struct Bottom {
 }
 
 impl<'a> Builder<'a> {
-    fn new(scene: &'a Scene, materials: &'a [MaterialUse]) -> Builder<'a> {
+    fn new(scene: &'a Scene, materials: &'a [MaterialUse], tree: TreeQuality) -> Builder<'a> {
         Builder {
             scene,
             materials,
+            tree,
             out: Geometry::default(),
             any_normals: scene.meshes.iter().any(|m| !m.normals.is_empty()),
             any_uvs: scene.meshes.iter().any(|m| !m.uvs.is_empty()),
@@ -229,10 +248,9 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Builds the trees.
-    fn place(&mut self, uses: &[u32]) -> Result<(), Error> {
-        let shared: Vec<usize> = (0..uses.len()).filter(|m| uses[*m] > 1).collect();
-        if shared.is_empty() {
+    /// Builds the trees; `two_levels` also where one would do.
+    fn place(&mut self, uses: &[u32], two_levels: bool) -> Result<(), Error> {
+        if !two_levels && uses.iter().all(|n| *n <= 1) {
             self.common(uses)?;
             return Ok(());
         }
@@ -304,10 +322,12 @@ impl<'a> Builder<'a> {
     /// A tree over triangles with the numbers from `first` on.
     fn bottom(&mut self, corners: &[[DVec3; 3]], first: u32) -> Result<Bottom, Error> {
         let first_leaf = self.out.triangle_ids.len() as u32;
-        let tree = bvh::over_triangles(corners, first_leaf, &mut self.out.nodes)?;
+        let tree = bvh::over_triangles(corners, first_leaf, self.tree, &mut self.out.nodes)?;
         for &k in &tree.order {
             let [a, b, c] = corners[k as usize];
-            let normal = (b - a).cross(c - a).normalize_or_zero().to_array();
+            // From the corner's side: zeros get the signs of the reference's renderer, on which the frame around an axis-parallel
+            // normal depends.
+            let normal = (a - b).cross(a - c).normalize_or_zero().to_array();
             self.out.triangles.extend([a, b, c].iter().zip(normal).flat_map(|(v, n)| [v.x, v.y, v.z, n]));
             self.out.triangle_ids.push(first + k);
         }

@@ -1,7 +1,7 @@
 //! `oslcl plan`: which effects a scene needs, who asked for them, what they add.
 
 use super::args::PlanArgs;
-use super::{Error, render, terminal};
+use super::{Error, choices, render, terminal};
 use oslcl_runtime::plan::Plan;
 use oslcl_runtime::precision::Precision;
 use serde_json::json;
@@ -9,9 +9,11 @@ use std::fmt::Write;
 
 /// Plans and prints; no device is needed.
 pub fn run(args: &PlanArgs) -> Result<(), Error> {
-    let precision = Precision::from(args.precision);
-    let scene = render::load(&args.scene)?;
-    let planned = oslcl_runtime::render::plan(&scene, precision);
+    let choices = choices::of(&args.choices)?;
+    let precision = choices.precision;
+    let mut scene = render::load(&args.scene)?;
+    choices.apply(&mut scene.integrator);
+    let planned = oslcl_runtime::render::plan(&scene, &choices);
     let (plan, compiled) = planned.map_err(|error| render::say(&args.scene, error))?;
     for warning in &compiled.warnings {
         terminal::say(warning);
@@ -28,7 +30,7 @@ fn text(plan: &Plan, precision: Precision) -> String {
         } else {
             ("off", String::new())
         };
-        let mut who = d.asked_by.iter().take(3).cloned().collect::<Vec<_>>().join(", ");
+        let mut who = d.asked_by.iter().take(3).map(|a| a.to_string()).collect::<Vec<_>>().join(", ");
         if d.asked_by.len() > 3 {
             let _ = write!(who, " and {} more", d.asked_by.len() - 3);
         }
@@ -58,7 +60,7 @@ fn json(plan: &Plan, precision: Precision) -> String {
                 "effect": d.effect.name(),
                 "text": d.effect.text(),
                 "on": d.is_on(),
-                "asked_by": d.asked_by,
+                "asked_by": d.asked_by.iter().map(|a| a.to_string()).collect::<Vec<_>>(),
                 "macro": d.effect.macro_name(),
                 "bytes_per_path": if d.is_on() { plan.layout.bytes_of(d.effect, precision.real_bytes()) } else { 0 },
                 "buffers": if d.is_on() { plan.layout.buffers_of(d.effect) } else { Vec::new() },

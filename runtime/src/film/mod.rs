@@ -3,6 +3,7 @@
 //! In: pixels. Out: files that are replaced as a whole or not at all. It must not know scenes, devices or how pixels came.
 
 pub mod compare;
+pub mod flip;
 pub mod raster;
 
 use crate::files;

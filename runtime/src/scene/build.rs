@@ -3,7 +3,9 @@
 //! In: values. Out: the types of this folder. It must not know TOML.
 
 use super::error::{Error, Location};
-use super::{Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene};
+use super::{
+    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene,
+};
 use super::{geometry, shipped, transform};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 use std::path::{Path, PathBuf};
@@ -34,7 +36,10 @@ impl Scene {
             instances: Vec::new(),
             materials: Vec::new(),
             environment: None,
+            conventions: Conventions::default(),
+            filter: Filter::Box,
             textures: Vec::new(),
+            shaders: Vec::new(),
             attributes: Vec::new(),
         }
     }
@@ -226,6 +231,7 @@ impl Material {
             source,
             params: Vec::new(),
             displacement: None,
+            sampled_light: true,
             group: false,
             interactive: Vec::new(),
             attributes: Vec::new(),

@@ -71,6 +71,14 @@ pub enum Error {
         /// What the parser said.
         cause: String,
     },
+    /// Not XML.
+    #[error("{at}: not valid XML: {cause}")]
+    Xml {
+        /// Where.
+        at: Location,
+        /// What the parser said.
+        cause: String,
+    },
     /// A key that must be there isn't.
     #[error("{at}: `{table}` needs the key `{key}`")]
     MissingKey {

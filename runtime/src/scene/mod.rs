@@ -15,6 +15,7 @@ pub mod shapes;
 mod shipped;
 mod transform;
 mod value;
+pub mod xml;
 
 pub use error::{Error, Location, MeshFile};
 pub use file::{load, parse};
@@ -41,8 +42,14 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// The material whose shader gives the radiance of rays that leave the scene; black without one.
     pub environment: Option<MaterialId>,
+    /// Where renderers differ.
+    pub conventions: Conventions,
+    /// How a pixel is made of the samples around its middle.
+    pub filter: Filter,
     /// Folders that textures are looked for in, in order; then names are taken as they are.
     pub textures: Vec<PathBuf>,
+    /// Folders that the shaders of groups are looked for in, in order; then beside the group's own file.
+    pub shaders: Vec<PathBuf>,
     /// What `getattribute` finds anywhere, also as those of the object `global`.
     pub attributes: Attributes,
 }
@@ -55,7 +62,7 @@ pub type Attributes = Vec<(String, ParamValue)>;
 pub struct MeshId(pub u32);
 
 /// Index into [`Scene::materials`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MaterialId(pub u32);
 
 /// A perspective camera, pinhole or thin lens.
@@ -82,6 +89,34 @@ pub struct Film {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+}
+
+/// What renderers do not agree on. The default is ours; what `testrender` does, that of the reference implementation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Conventions {
+    /// Surfaces emit on both sides, not on the front side alone.
+    pub two_sided_emission: bool,
+    /// Shading normals are taken as they are, and light goes where they send it, even into the surface that has them; otherwise
+    /// they are bent to the viewer's side, and such light is lost.
+    pub trusted_normals: bool,
+    /// Random numbers are those of the reference's renderer: Sobol's points scrambled after Owen, a cube for each event of a path.
+    pub shared_cubes: bool,
+    /// The environment is sampled directly even if its shader asks for the type of rays; only rays of the camera have one then.
+    pub tabulated_environment: bool,
+    /// Values in a group's text for parameters that a shader does not have are left out with a warning; otherwise they are errors.
+    pub unknown_params_warn: bool,
+}
+
+/// The weight of samples around the middle of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// All of the pixel counts alike.
+    #[default]
+    Box,
+    /// Falls off linearly from the middle to those of the pixels around, in x and in y.
+    Tent,
+    /// The middle alone: edges are jagged.
+    Middle,
 }
 
 /// How paths are traced.
@@ -153,6 +188,8 @@ pub struct Material {
     pub params: Vec<(String, ParamValue)>,
     /// The material whose displacement shader moves the vertices of what has this one.
     pub displacement: Option<MaterialId>,
+    /// Rays are sent to what of it emits; otherwise paths find it by chance alone.
+    pub sampled_light: bool,
     /// `source` is the text of a shader group, whose shaders are shipped ones or lie beside `path`.
     pub group: bool,
     /// Parameters (`layer.param` in a group) whose values a [`crate::session::Session`] can change, beside those whose

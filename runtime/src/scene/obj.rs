@@ -6,7 +6,7 @@ use super::error::{Error, MeshFile};
 use super::{Material, Mesh, VertexData, mtl};
 use glam::{Vec2, Vec3};
 use std::cell::RefCell;
-use std::io::{BufRead, Read};
+use std::io::{self, BufRead};
 use std::path::Path;
 
 /// What an OBJ file holds.
@@ -19,8 +19,32 @@ pub(super) struct Obj {
     pub library_error: Option<Error>,
 }
 
-/// Reads a file's bytes; material libraries are looked for beside `path`.
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
+/// A named piece of a file.
+pub(super) struct Object {
+    /// Its triangles, named as in the file.
+    pub mesh: Mesh,
+    /// The name of its material in the libraries that could be read.
+    pub material: Option<String>,
+}
+
+/// Reads a file's bytes object by object; libraries give names only, and may be missing.
+pub(super) fn objects(bytes: &[u8], path: &Path) -> Result<Vec<Object>, Error> {
+    let Read { models, materials, .. } = read(bytes, path)?;
+    let object = |model: tobj::Model| Object {
+        mesh: Mesh { name: model.name, ..convert(&model.mesh) },
+        material: model.mesh.material_id.and_then(|id| materials.get(id)).map(|m| m.name.clone()),
+    };
+    Ok(models.into_iter().map(object).filter(|o| !o.mesh.triangles.is_empty()).collect())
+}
+
+/// A file as its reader hands it over.
+struct Read {
+    models: Vec<tobj::Model>,
+    materials: Vec<tobj::Material>,
+    library_error: Option<Error>,
+}
+
+fn read(bytes: &[u8], path: &Path) -> Result<Read, Error> {
     let options = tobj::LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
     let folder = path.parent().unwrap_or(Path::new(""));
     let library_error = RefCell::new(None);
@@ -28,6 +52,12 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
     let mut reader = Counting { bytes, line: 0 };
     let loaded = tobj::load_obj_buf(&mut reader, &options, library);
     let (models, materials) = loaded.map_err(|error| complain(error, bytes, reader.line, path))?;
+    Ok(Read { models, materials: materials.unwrap_or_default(), library_error: library_error.into_inner() })
+}
+
+/// Reads a file's bytes; material libraries are looked for beside `path`.
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
+    let Read { models, materials, library_error } = read(bytes, path)?;
     let mut parts: Vec<(Mesh, Option<usize>)> = Vec::new();
     for model in models {
         let id = model.mesh.material_id;
@@ -38,8 +68,8 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
         }
     }
     parts.retain(|(mesh, _)| !mesh.triangles.is_empty());
-    let materials = materials.unwrap_or_default().iter().map(mtl::convert).collect();
-    Ok(Obj { parts, materials, library_error: library_error.into_inner() })
+    let materials = materials.iter().map(mtl::convert).collect();
+    Ok(Obj { parts, materials, library_error })
 }
 
 /// All parts as one mesh.
@@ -155,7 +185,7 @@ struct Counting<'a> {
     line: usize,
 }
 
-impl Read for Counting<'_> {
+impl io::Read for Counting<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         self.bytes.read(buffer)
     }

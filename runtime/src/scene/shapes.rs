@@ -1,6 +1,6 @@
-//! Meshes made from a few numbers: quad, disk, cube, sphere.
+//! Meshes made from a few numbers: quad, disk, cube, sphere, and the shapes of `testrender`.
 //!
-//! In: sizes and segments. Out: meshes around the origin of their object space. It must not know files.
+//! In: sizes and segments. Out: meshes around the origin of their object space, or where they are asked for. It must not know files.
 
 use super::{Mesh, geometry};
 use glam::{Vec2, Vec3};
@@ -93,6 +93,66 @@ pub fn sphere(diameter: f32, around: u32, up: u32) -> Mesh {
     mesh
 }
 
+/// A parallelogram of cells x cells from a corner along two edges; front side x cross y, u along x, v along y.
+pub fn parallelogram([corner, x, y]: [Vec3; 3], cells: u32) -> Mesh {
+    let cells = cells.max(1);
+    let mut mesh = Mesh::default();
+    for j in 0..=cells {
+        for i in 0..=cells {
+            let uv = Vec2::new(i as f32, j as f32) / cells as f32;
+            mesh.positions.push(corner + x * uv.x + y * uv.y);
+            mesh.uvs.push(uv);
+        }
+    }
+    for j in 0..cells {
+        for i in 0..cells {
+            let at = |di: u32, dj: u32| (j + dj) * (cells + 1) + i + di;
+            geometry::fan(&[at(0, 0), at(1, 0), at(1, 1), at(0, 1)], &mut mesh.triangles);
+        }
+    }
+    mesh
+}
+
+/// A smooth ball with its axis along y and its rows of vertices half a row from the poles, as the reference's renderer makes it:
+/// u once around from -z by -x, v from the top to the bottom.
+pub fn rows_sphere(center: Vec3, radius: f32, rows: u32) -> Mesh {
+    let (rows, around) = (rows.max(2), 2 * rows.max(2));
+    let mut mesh = Mesh::default();
+    let mut vertex = |normal: Vec3, uv: Vec2| {
+        mesh.positions.push(center + radius * normal);
+        mesh.normals.push(normal);
+        mesh.uvs.push(uv);
+    };
+    // At a pole each triangle has its own vertex, with the u of its middle.
+    for (y, v) in [(1.0, 0.0), (-1.0, 1.0)] {
+        for i in 0..around {
+            vertex(Vec3::new(0.0, y, 0.0), Vec2::new((i as f32 + 0.5) / around as f32, v));
+        }
+    }
+    for j in 0..rows {
+        let v = (j as f32 + 0.5) / rows as f32;
+        let (sin_theta, cos_theta) = (v * TAU * 0.5).sin_cos();
+        for i in 0..=around {
+            // The seam's columns must coincide to the bit.
+            let (sin_phi, cos_phi) = (TAU * (i % around) as f32 / around as f32).sin_cos();
+            vertex(
+                Vec3::new(-sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi),
+                Vec2::new(i as f32 / around as f32, v),
+            );
+        }
+    }
+    let at = |i: u32, j: u32| 2 * around + j * (around + 1) + i;
+    // Column by column from the seam's left side on, the order of the reference's: it tells lights apart.
+    for i in (0..around).map(|i| (i + around - 1) % around) {
+        mesh.triangles.push([i, at(i, 0), at(i + 1, 0)]);
+        for j in 0..rows - 1 {
+            geometry::fan(&[at(i + 1, j), at(i, j), at(i, j + 1), at(i + 1, j + 1)], &mut mesh.triangles);
+        }
+        mesh.triangles.push([around + i, at(i + 1, rows - 1), at(i, rows - 1)]);
+    }
+    mesh
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -119,9 +179,13 @@ mod tests {
         let (area, volume) = measure(&cube(Vec3::new(1.0, 2.0, 3.0)));
         close(area, 22.0);
         close(volume, 6.0);
+        let (area, volume) = measure(&rows_sphere(Vec3::new(1.0, 2.0, 3.0), 1.0, 64));
+        close(area, 12.566);
+        close(volume, 4.18879);
         close(measure(&quad(Vec2::new(2.0, 3.0))).0, 6.0);
+        close(measure(&parallelogram([Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 3.0], 4)).0, 6.0);
         close(measure(&disk(2.0, 64)).0, TAU / 2.0);
-        for mesh in [quad(Vec2::ONE), disk(1.0, 8)] {
+        for mesh in [quad(Vec2::ONE), disk(1.0, 8), parallelogram([Vec3::ONE, Vec3::X, Vec3::Y], 2)] {
             let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
             assert!((b - a).cross(c - a).z > 0.0, "{} faces down", mesh.name);
         }

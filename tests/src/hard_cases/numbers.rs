@@ -41,7 +41,7 @@ impl<'a> Numbers<'a> {
     pub fn new(run: &'a Run<'a>) -> Result<Numbers<'a>, Box<dyn std::error::Error>> {
         let mut scene = crate::scenes::empty();
         super::pictures::sky(&mut scene, 1.0);
-        let (plan, _) = render::plan(&scene, run.precision)?;
+        let (plan, _) = render::plan(&scene, &run.precision.into())?;
         let text = assemble_with("numbers.cl", include_str!("numbers.cl"), &[("layout.h", &plan.layout.header(64))])?;
         let program = Program::build(run.device, "numbers.cl", &text, run.precision.build_options())?;
         Ok(Numbers { run, program })

@@ -12,7 +12,7 @@ use oslcl_runtime::scene::{MaterialId, Mesh, Scene};
 /// Renders a scene and holds what every picture of the suite has to keep: no sample was repaired, none dropped, no number on the film
 /// is infinite or none.
 pub fn render(run: &Run<'_>, ledger: &mut Ledger, name: &str, scene: &Scene) -> (Picture, Summary) {
-    let options = Options { precision: run.precision, ..Options::default() };
+    let options = Options { choices: run.precision.into(), ..Options::default() };
     let (picture, summary) =
         render::render(scene, run.device, &options, &mut |_| {}).unwrap_or_else(|e| panic!("{name}: {e}"));
     let broken = picture.pixels.iter().flatten().filter(|x| !x.is_finite() || **x < 0.0).count();

@@ -78,9 +78,9 @@ impl<'a> Target<'a> {
         middle: DVec3,
         instanced: bool,
     ) -> Result<Target<'a>, Box<dyn std::error::Error>> {
-        let (plan, _) = render::plan(scene, run.precision)?;
+        let (plan, _) = render::plan(scene, &run.precision.into())?;
         let uses = vec![MaterialUse { emission: Emission::None, queue: 0 }; scene.materials.len()];
-        let g = accel::build(scene, &uses)?;
+        let g = accel::build(scene, &uses, &run.precision.into())?;
         let mut text = "#define HAS_SURFACES\n#define HAS_TANGENTS\n".to_owned();
         if instanced {
             text.push_str("#define HAS_INSTANCES\n");

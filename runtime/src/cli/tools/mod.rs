@@ -7,6 +7,7 @@
 pub mod options;
 mod oslc;
 mod oslinfo;
+mod testrender;
 mod testshade;
 
 use super::{Error, terminal};
@@ -21,7 +22,7 @@ const TOOLS: &[Tool] = &[
     ("oslc", Some(oslc::run)),
     ("oslinfo", Some(oslinfo::run)),
     ("testshade", Some(testshade::run)),
-    ("testrender", None),
+    ("testrender", Some(testrender::run)),
 ];
 
 /// Runs the tool that the arguments (with the program's own name first) ask for; `None` when they ask for none.
