@@ -24,6 +24,7 @@ pub mod scene;
 pub mod session;
 pub mod shade;
 pub mod shader_file;
+pub mod study;
 mod supplies;
 pub mod textures;
 pub mod told;

@@ -183,14 +183,21 @@ pub fn render(
 }
 
 /// The film's numbers as a picture.
-pub(crate) fn picture(scene: &Scene, options: &Options, samples: u32, data: &[f64], channels: usize) -> Picture {
+pub(crate) fn picture(
+    scene: &Scene,
+    options: &Options,
+    seed: u64,
+    samples: u32,
+    data: &[f64],
+    channels: usize,
+) -> Picture {
     // In f64 radiance can be what f32 calls infinite.
     let narrow = |x: f64| x.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
     let pixels = data.chunks(channels).map(|p| [narrow(p[0]), narrow(p[1]), narrow(p[2])]).collect();
     let alpha = if channels > 3 { data.chunks(channels).map(|p| p[3] as f32).collect() } else { Vec::new() };
     let attributes = [
         ("oslcl:samples", samples.to_string()),
-        ("oslcl:seed", scene.integrator.seed.to_string()),
+        ("oslcl:seed", seed.to_string()),
         ("oslcl:max_depth", scene.integrator.max_depth.to_string()),
         ("oslcl:precision", format!("{:?}", options.choices.precision).to_lowercase()),
     ];

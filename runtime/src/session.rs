@@ -49,6 +49,7 @@ pub struct Session<'a> {
     /// By material.
     values: Vec<Supplies>,
     spread: Spread,
+    seed: u64,
     heard: Heard,
     compile_time: Duration,
     build_time: Duration,
@@ -89,6 +90,7 @@ impl<'a> Session<'a> {
         let geometry_time = start.elapsed();
 
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+        let seed = scene.integrator.seed;
         let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
         let textures = match plan.has(Effect::Textures) {
             true => textures::pack(&compiled.textures, compiled.texture_files())?,
@@ -114,6 +116,7 @@ impl<'a> Session<'a> {
             userdata,
             values,
             spread,
+            seed,
             heard,
             compile_time,
             build_time,
@@ -151,6 +154,34 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
+    /// Takes other random numbers for the next renders than the scene's seed gives.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.seed = seed;
+    }
+
+    /// A name for all that decides the picture but the seed and the number of samples: programs, geometry, textures, values of
+    /// interactive parameters, camera.
+    pub fn fingerprint(&self) -> Result<blake3::Hash, Error> {
+        let mut hasher = blake3::Hasher::new();
+        let scene = self.scene.as_ref();
+        let small = (&scene.camera, scene.film, scene.integrator.max_depth, scene.integrator.roulette_from);
+        hasher
+            .update(format!("{small:?} {:?} {:?} {:?}", scene.filter, scene.conventions, self.plan.choices).as_bytes());
+        for program in &self.plan.programs {
+            hasher.update(
+                programs::source(&self.plan, program, self.spread.paths).map_err(programs::Error::from)?.as_bytes(),
+            );
+        }
+        self.geometry.visit_bytes(&mut |bytes| _ = hasher.update(bytes));
+        for (value, int) in interactive_numbers(&self.compiled, &self.values) {
+            hasher.update(&value.to_le_bytes()).update(&[u8::from(int)]);
+        }
+        let words = self.textures.words.iter().chain(&self.userdata.places);
+        words.for_each(|w| _ = hasher.update(&w.to_le_bytes()));
+        self.userdata.values.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
+        Ok(hasher.finalize())
+    }
+
     /// Renders with the present values. `watch` hears of the progress each time that the device is asked for it.
     pub fn render(&mut self, watch: &mut dyn FnMut(&Progress)) -> Result<(Picture, Summary), Error> {
         let (device, scene, plan) = (self.device, self.scene.as_ref(), &self.plan);
@@ -159,6 +190,7 @@ impl<'a> Session<'a> {
         let supplied = Supplied { textures: &self.textures, userdata: &self.userdata, interactive: &interactive };
         let mut wavefront =
             Wavefront::new(device, plan, &self.kernels, scene, &mut self.geometry, &supplied, self.spread)?;
+        wavefront.set_seed(self.seed);
         device.finish()?;
         let geometry_time = self.geometry_time + start.elapsed();
 
@@ -197,7 +229,8 @@ impl<'a> Session<'a> {
         self.heard.give(&mut messages);
         wavefront.log_times();
         let bytes_per_path = plan.layout.bytes_per_path(self.options.choices.precision.real_bytes());
-        let picture = render::picture(scene, &self.options, done, &data, plan.layout.film_channels() as usize);
+        let picture =
+            render::picture(scene, &self.options, self.seed, done, &data, plan.layout.film_channels() as usize);
         drop(wavefront);
         let summary = Summary {
             device: device.info.name.clone(),

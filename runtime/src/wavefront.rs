@@ -256,6 +256,11 @@ impl<'a> Wavefront<'a> {
         Ok(())
     }
 
+    /// Sets the seed of the random numbers, until then the scene's.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.set(Setting::Seed, folded(seed));
+    }
+
     /// Launches every stage with nothing to do: drivers that finish compiling a kernel at its first launch do so now, so that
     /// the first sample says how long the others take.
     pub fn warm_up(&mut self) -> Result<(), Error> {
@@ -479,14 +484,16 @@ fn environment_weights(radiance: &[f64], (width, height): (u32, u32)) -> Vec<f64
     (0..own.len()).map(|i| own[i] + 0.1 * around(i % width, i / width)).collect()
 }
 
+/// The seed's halves mixed: kernels take 32 bits.
+fn folded(seed: u64) -> u32 {
+    (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32
+}
+
 fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
-    // The seed's halves are mixed: kernels take 32 bits.
-    let seed = scene.integrator.seed;
-    let seed = (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32;
     Setting::ALL.map(|(setting, _)| match setting {
         Setting::Width => scene.film.width,
         Setting::Height => scene.film.height,
-        Setting::Seed => seed,
+        Setting::Seed => folded(scene.integrator.seed),
         Setting::MaxDepth => scene.integrator.max_depth,
         Setting::RouletteFrom => scene.integrator.roulette_from.unwrap_or(u32::MAX),
         Setting::Lights => geometry.lights.len() as u32,

@@ -39,8 +39,46 @@ pub enum Command {
     Compare(CompareArgs),
     /// Run a shader over a grid of points and write its output parameters.
     Shade(ShadeArgs),
+    /// Make a report of what things cost, that anyone can make again.
+    #[command(subcommand)]
+    Bench(BenchCommand),
     /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
     InstallTools(InstallToolsArgs),
+}
+
+/// The reports.
+#[derive(Debug, Subcommand)]
+pub enum BenchCommand {
+    /// What each choice between accuracy and time costs and buys on a scene: a table, CSV and plots.
+    Accuracy(AccuracyArgs),
+}
+
+/// Arguments of `oslcl bench accuracy`.
+#[derive(Debug, Args)]
+pub struct AccuracyArgs {
+    /// The scene.
+    pub scene: PathBuf,
+    /// Folder for the report, the CSV and the plots.
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub output: PathBuf,
+    /// Samples per pixel of each variation [default: the scene's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub spp: Option<u32>,
+    /// Renders of each variation; confidence comes from them.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    pub seeds: u32,
+    /// Samples per pixel of the reference [default: 64 times those of a variation].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub reference_spp: Option<u32>,
+    /// Folder where references are kept for the next time [default: in the user's cache].
+    #[arg(long, value_name = "DIR")]
+    pub references: Option<PathBuf>,
+    /// Size of the picture in pixels [default: the scene's].
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
 }
 
 /// How exact the arithmetic is.

@@ -4,6 +4,7 @@
 //! that embeds oslcl needs lies in the library, not here.
 
 pub mod args;
+mod bench;
 mod check;
 mod choices;
 mod compare;
@@ -83,6 +84,7 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Shade(args) => shade::run(args),
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(args),
+        Command::Bench(command) => bench::run(command),
         Command::InstallTools(args) => tools::install(&args.folder),
     }
 }

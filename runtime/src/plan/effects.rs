@@ -47,10 +47,12 @@ effects! {
     Environment: "environment", "light from outside the scene";
     VaryingEnvironment: "varying_environment", "environment that differs by direction: paths ask the shader";
     EnvironmentSampling: "environment_sampling", "environment sampled directly, by a map of its radiance";
+    SharedCubes: "shared_cubes", "random numbers as testrender takes them";
     Roulette: "roulette", "Russian roulette";
     Instances: "instances", "meshes that are placed more than once: a second level of the tree";
     Displacement: "displacement", "vertices moved by shaders before anything is built";
     Normals: "normals", "interpolated shading normals";
+    TrustedNormals: "trusted_normals", "directions may lie below the surface that shading normals are for";
     Uvs: "uvs", "texture coordinates";
     Tangents: "tangents", "dPdu and dPdv";
     Derivatives: "derivatives", "footprints of pixels: Dx(), filterwidth(), filtered textures";
@@ -131,6 +133,9 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool
     if scene.camera.lens_radius > 0.0 {
         ask(ThinLens, format!("camera: lens_radius = {}", scene.camera.lens_radius));
     }
+    if scene.conventions.shared_cubes {
+        ask(SharedCubes, "convention".into());
+    }
     match scene.filter {
         Filter::Box => {}
         Filter::Tent => ask(TentFilter, "filter = tent".into()),
@@ -158,6 +163,9 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             ask(Normals, format!("mesh `{}`", mesh.name));
         }
     }
+    if scene.conventions.trusted_normals && !scene.instances.is_empty() {
+        ask(TrustedNormals, "convention".into());
+    }
     if !scene.instances.is_empty() {
         ask(Surfaces, format!("{} placed meshes", scene.instances.len()));
     }
@@ -184,6 +192,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             ask(TwoSidedEmission, who.clone());
         }
         match artifact.emission {
+            _ if !scene.materials[index].sampled_light => {}
             Radiance::None => {}
             Radiance::Constant(_) => ask(Lights, who.clone()),
             Radiance::Varying => {

@@ -45,12 +45,12 @@ impl Plan {
         let on: BTreeSet<Effect> = decisions.iter().filter(|d| d.is_on()).map(|d| d.effect).collect();
         let surface_materials = surface_materials(scene);
         let varying: Vec<MaterialId> =
-            surface_materials.iter().copied().filter(|m| emission_of(materials, *m) == Radiance::Varying).collect();
+            surface_materials.iter().copied().filter(|m| sampled(scene, materials, *m) == Radiance::Varying).collect();
         let layout = Layout::new(on, surface_materials.len() as u32, varying.len() as u32);
         let uses = (0..materials.len() as u32)
             .map(MaterialId)
             .map(|m| MaterialUse {
-                emission: match emission_of(materials, m) {
+                emission: match sampled(scene, materials, m) {
                     Radiance::None => Emission::None,
                     Radiance::Constant(rgb) => Emission::Constant(rgb),
                     Radiance::Varying => Emission::Varying { queue: layout.light_queue(place(&varying, m)) },
@@ -118,8 +118,11 @@ fn place(list: &[MaterialId], material: MaterialId) -> u32 {
     list.iter().position(|m| *m == material).unwrap_or(0) as u32
 }
 
-fn emission_of(materials: &[Option<Artifact>], material: MaterialId) -> Radiance {
-    materials[material.0 as usize].as_ref().map_or(Radiance::None, |code| code.emission)
+/// The emission that rays are sent to.
+fn sampled(scene: &Scene, materials: &[Option<Artifact>], material: MaterialId) -> Radiance {
+    let index = material.0 as usize;
+    let code = materials[index].as_ref().filter(|_| scene.materials[index].sampled_light);
+    code.map_or(Radiance::None, |code| code.emission)
 }
 
 /// Materials that some surface has, each once.

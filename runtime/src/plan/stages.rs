@@ -90,7 +90,7 @@ pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>
         if code.emission != Radiance::None {
             macros.push("MATERIAL_EMITS".to_owned());
         }
-        if code.emission == Radiance::Varying {
+        if code.emission == Radiance::Varying && scene.materials[id.0 as usize].sampled_light {
             stages.extend([Stage::ShadeLight, Stage::LightPower]);
         }
         out.push(of_material(plan, scene, materials, id, stages, macros));
