@@ -21,7 +21,9 @@ static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
 #ifdef MATERIAL_INTERACTIVE
     sg->interactive = c->interactive + MATERIAL_INTERACTIVE;
 #endif
-#ifdef HAS_TEXTURES
+#ifdef WITHOUT_TEXTURES
+    sg->textures = 0;
+#elif defined(HAS_TEXTURES)
     sg->textures = c->textures;
 #endif
     sg->point = 0;
@@ -83,13 +85,11 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
 {
     SurfacePoint s;
     __global const real4 *p = c->triangles + 3 * (size_t)triangle;
-    real3 v0 = p[0].xyz, e1 = p[1].xyz, e2 = p[2].xyz;
+    real3 v0 = p[0].xyz, e1 = p[1].xyz - v0, e2 = p[2].xyz - v0;
     __global const uint *corner = c->corners + 4 * (size_t)c->triangle_ids[triangle];
     s.shape = shape_of(c, triangle, instance);
     s.P = v0 + e1 * u + e2 * v;
-    // From the corner's side, and 0 - e instead of -e: zeros get the signs of the reference's, on which the frame around an
-    // axis-parallel normal depends.
-    real3 Ng = safe_normalize(cross((real3)(0) - e1, (real3)(0) - e2));
+    real3 Ng = (real3)(p[0].w, p[1].w, p[2].w);
     real3 N = Ng;
     const uint flags = shape_word(c, s.shape, SHAPE_FLAGS);
 #ifdef HAS_NORMALS
