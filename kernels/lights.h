@@ -73,19 +73,30 @@ static inline real light_pdf(const Context *c, uint light, real distance, real c
     return density * TRIANGLES_SHARE * distance * distance / cosine;
 }
 
+// The part of a cell of the alias table that is its own light's.
+static inline real light_share(const Context *c, uint cell) { return c->lights[LIGHT_REALS * (size_t)cell + LIGHT_SHARE]; }
+
 static inline int sample_triangle_light(const Context *c, real3 P, real4 u, LightSample *s)
 {
     if (setting(c, SETTING_lights) == 0) return 0;
     real x = u.x;
     uint cell = alias_cell(&x, setting(c, SETTING_lights));
-    s->light = x < c->lights[LIGHT_REALS * (size_t)cell + LIGHT_SHARE] ? cell
-                                                                         : c->light_words[LIGHT_WORDS * cell + LIGHT_ALIAS];
+    s->light = x < light_share(c, cell) ? cell : c->light_words[LIGHT_WORDS * cell + LIGHT_ALIAS];
     __global const real *light = c->lights + LIGHT_REALS * (size_t)s->light;
     real3 v0 = vload3(0, light), e1 = vload3(1, light), e2 = vload3(2, light);
+#ifdef HAS_SHARED_CUBES
+    // What the choice left of its number is uniform again, so that an even cube gives even points on each light.
+    // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019.
+    const real share = light_share(c, cell);
+    x = x < share ? x / share : (x - share) / (1 - share);
+    s->u = u.y > x ? (real)0.5 * x : x - (real)0.5 * u.y;
+    s->v = u.y > x ? u.y - (real)0.5 * x : (real)0.5 * u.y;
+#else
     // Uniform on a triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990.
     real root = sqrt(u.y);
     s->u = root * (1 - u.z);
     s->v = root * u.z;
+#endif
     real3 to = v0 + e1 * s->u + e2 * s->v - P;
     real distance2 = dot(to, to);
     s->distance = sqrt(distance2);

@@ -67,6 +67,9 @@ typedef struct {
     real3 emission;   // radiance towards the viewer, W / (m^2 sr) per channel, whichever side that is on: see emitted
     real3 background; // radiance of the environment in direction I
     real3 holdout;    // weight of holdout, 0..1 per channel
+#ifdef HAS_SHARED_CUBES
+    real rest;        // what the choice of the lobe left of `pick`, uniform in [0,1); set to `pick` by the caller
+#endif
 } ShadeResult;
 
 // What of it is seen from a side that does not emit, or from one that does.

@@ -85,11 +85,11 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
 {
     SurfacePoint s;
     __global const real4 *p = c->triangles + 3 * (size_t)triangle;
-    real3 v0 = p[0].xyz, e1 = p[1].xyz, e2 = p[2].xyz;
+    real3 v0 = p[0].xyz, e1 = p[1].xyz - v0, e2 = p[2].xyz - v0;
     __global const uint *corner = c->corners + 4 * (size_t)c->triangle_ids[triangle];
     s.shape = shape_of(c, triangle, instance);
     s.P = v0 + e1 * u + e2 * v;
-    real3 Ng = safe_normalize(cross(e1, e2));
+    real3 Ng = (real3)(p[0].w, p[1].w, p[2].w);
     real3 N = Ng;
     const uint flags = shape_word(c, s.shape, SHAPE_FLAGS);
 #ifdef HAS_NORMALS
@@ -118,14 +118,18 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     }
 #endif
     sg->backfacing = dot(I, Ng) > 0;
+#ifndef HAS_TRUSTED_NORMALS
     if (dot(N, Ng) < 0) N = -N;
+#endif
     if (sg->backfacing) {
         Ng = -Ng;
         N = -N;
     }
+#ifndef HAS_TRUSTED_NORMALS
     // An interpolated normal that the viewer would see from below is bent back to the horizon.
     real below = dot(N, I) + (real)1e-4;
     if (below > 0) N = safe_normalize(N - I * below);
+#endif
     s.offset = Ng * (max_component(extent) * (16 * REAL_EPSILON));
     sg->P = s.P + constant_real3(c, CONSTANT_camera_position);
     sg->I = I;

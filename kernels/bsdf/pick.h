@@ -46,6 +46,9 @@ static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *
 static inline void lobe_finish(ShadeResult *out, const LobeChoice *choice)
 {
     if (choice->chosen > 0) out->lobe.weight *= choice->total / choice->chosen;
+#ifdef HAS_SHARED_CUBES
+    out->rest = choice->u;
+#endif
 }
 
 #endif

@@ -5,7 +5,7 @@
 #include "bsdf/sampling.h"
 #include "context.h"
 #include "footprint.h"
-#include "random.h"
+#include "path_random.h"
 
 // Values of SETTING_filter; 0 is the box.
 #define FILTER_TENT 1u
@@ -28,7 +28,7 @@ static inline int stage_ray_gen(const Context *c, uint slot, int start)
     if (sample >= setting(c, SETTING_sample_end)) return QUEUE_NONE;
     const uint width = setting(c, SETTING_width), height = setting(c, SETTING_height);
     const uint pixel = path_pixel(c, slot);
-    real4 u = random4(pixel, sample, BLOCK_CAMERA, setting(c, SETTING_seed));
+    real4 u = path_random(c, slot, BLOCK_CAMERA);
     // Film coordinates in [-1,1]: x to the right, y up. A box filter of one pixel, unless another is asked for.
 #ifdef HAS_TENT_FILTER
     if (setting(c, SETTING_filter) == FILTER_TENT) {

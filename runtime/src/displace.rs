@@ -16,7 +16,7 @@ use crate::shade::{Real, Records, numbers};
 use crate::supplies::Supplies;
 use crate::told::Heard;
 use crate::wavefront::MESSAGE_WORDS;
-use crate::{attributes, preamble, textures, vertex_data};
+use crate::{attributes, preamble, roads, textures, vertex_data};
 use oslcl_compiler::Artifact;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -39,6 +39,9 @@ pub enum Error {
     /// The device refuses.
     #[error(transparent)]
     Device(#[from] device::Error),
+    /// No program comes out.
+    #[error(transparent)]
+    Road(#[from] roads::Error),
     /// The generated code includes an unknown header.
     #[error(transparent)]
     Assemble(#[from] assemble::Error),
@@ -120,11 +123,12 @@ fn build(device: &Device, artifact: &Artifact, precision: Precision) -> Result<P
     let text = format!(
         "{}{}\n#define DISPLACE_ENTRY {}\n#include \"stages/displace.cl\"\n",
         preamble::text(artifact),
-        artifact.code,
+        preamble::code(artifact),
         artifact.entry
     );
     let source = assemble::assemble(&format!("{}.cl", artifact.entry), &text)?;
-    Ok(Program::build(device, &artifact.name, &source, precision.build_options())?)
+    let module = roads::module(artifact, precision);
+    Ok(roads::build(device, &artifact.name, &source, precision.build_options(), module.as_slice())?)
 }
 
 /// A float of the device as an argument of kernels.

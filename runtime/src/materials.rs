@@ -2,6 +2,7 @@
 //!
 //! In: a scene. Out: an artifact per material that is used. Of the compiler it sees the facade only.
 
+use crate::roads::Road;
 use crate::scene::{Material, ParamValue, Scene};
 use crate::textures::{self, Library};
 use crate::{attributes, displace, vertex_data};
@@ -100,12 +101,12 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 
 /// Compiles every material that is used, in parallel. The first error in the scene's order is reported.
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
-    compile_for(scene, false)
+    compile_for(scene, false, Road::default())
 }
 
 /// As [`compile_all`]; `interactive`: values of interactive parameters of materials on surfaces and around them are read at
 /// run time.
-pub(crate) fn compile_for(scene: &Scene, interactive: bool) -> Result<Compiled, Error> {
+pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
     let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
@@ -116,7 +117,7 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool) -> Result<Compiled, 
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let (Some(slot), Some((material, role))) = (results.get(index), jobs.get(index)) else { break };
-            let output = compile_one(scene, *material, *role, &library, interactive);
+            let output = compile_one(scene, *material, *role, &library, interactive, road);
             *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(output);
         }
     };
@@ -181,6 +182,7 @@ fn compile_one(
     role: Role,
     library: &Arc<Library>,
     interactive: bool,
+    road: Road,
 ) -> Result<Made, Failure> {
     let material = &scene.materials[index];
     let (interactive, of) = match role {
@@ -197,6 +199,7 @@ fn compile_one(
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
         entry,
         textures: Some(library.access()),
+        spirv: road == Road::Spirv,
         userdata: Some(vertex_data::declared(scene, of)),
         attributes: attributes::of_material(scene, of),
         interactive,

@@ -25,7 +25,12 @@ pub(crate) fn macros(artifact: &Artifact) -> Vec<String> {
     out
 }
 
-/// The same as text.
+/// The text that stands for the artifact in a program: its code, or what binds its SPIR-V module to the kernels.
+pub(crate) fn code(artifact: &Artifact) -> &str {
+    artifact.spirv.as_ref().map_or(&artifact.code, |s| &s.bridge)
+}
+
+/// The macros as text.
 pub(crate) fn text(artifact: &Artifact) -> String {
     macros(artifact).iter().map(|m| format!("#define {m}\n")).collect()
 }

@@ -3,8 +3,9 @@
 //! In: the plan. Out: a kernel per stage and material. It must not know scenes or buffers.
 
 use crate::assemble::{self, assemble_with};
-use crate::device::{self, Device, Kernel, Program};
+use crate::device::{self, Device, Kernel};
 use crate::plan::{Plan, ProgramPlan, Stage};
+use crate::roads::{self, Modules};
 use crate::scene::MaterialId;
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -13,6 +14,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Why there is no program.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
+    /// No program comes out.
+    #[error(transparent)]
+    Road(#[from] roads::Error),
     /// The device refuses.
     #[error(transparent)]
     Device(#[from] device::Error),
@@ -48,8 +52,8 @@ pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<String, 
     assemble_with(&name, &text, &[("layout.h", &plan.layout.header(paths))])
 }
 
-/// Builds all programs on as many threads as the host has cores.
-pub fn build(device: &Device, plan: &Plan, paths: u32) -> Result<Kernels, Error> {
+/// Builds all programs, those of materials with their modules, on as many threads as the host has cores.
+pub fn build(device: &Device, plan: &Plan, paths: u32, modules: &Modules) -> Result<Kernels, Error> {
     let _span = tracing::info_span!("programs").entered();
     let next = AtomicUsize::new(0);
     let all = Mutex::new(HashMap::new());
@@ -57,7 +61,7 @@ pub fn build(device: &Device, plan: &Plan, paths: u32) -> Result<Kernels, Error>
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(plan.programs.len().max(1));
     let work = || {
         while let Some(program) = plan.programs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            match build_one(device, plan, program, paths) {
+            match build_one(device, plan, program, paths, modules) {
                 Ok(kernels) => all.lock().unwrap_or_else(|e| e.into_inner()).extend(kernels),
                 Err(e) => {
                     failure.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(e);
@@ -79,10 +83,18 @@ pub fn build(device: &Device, plan: &Plan, paths: u32) -> Result<Kernels, Error>
 
 type Named = ((Stage, Option<MaterialId>), Kernel);
 
-fn build_one(device: &Device, plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<Vec<Named>, Error> {
+fn build_one(
+    device: &Device,
+    plan: &Plan,
+    program: &ProgramPlan,
+    paths: u32,
+    modules: &Modules,
+) -> Result<Vec<Named>, Error> {
     let _span = tracing::debug_span!("build", program = program.label).entered();
     let text = source(plan, program, paths)?;
-    let built = Program::build(device, &program.label, &text, plan.choices.precision.build_options())?;
+    let module = program.material.and_then(|id| modules.get(&id).copied());
+    let options = plan.choices.precision.build_options();
+    let built = roads::build(device, &program.label, &text, options, module.as_slice())?;
     let mut out = Vec::new();
     for &stage in &program.stages {
         out.push(((stage, program.material), built.kernel(device, stage.name())?));

@@ -7,6 +7,7 @@ use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
 use crate::plan::{Plan, Stage};
+use crate::roads::Road;
 use crate::scene::{self, MaterialId, Scene};
 use crate::session::Session;
 use crate::wavefront::Counts;
@@ -77,6 +78,8 @@ pub enum Error {
 pub struct Options {
     /// What accuracy is bought with time. [`Choices::apply`] is for the caller: it changes the scene.
     pub choices: Choices,
+    /// How materials' code gets into programs.
+    pub road: Road,
     /// Stop after this long with the samples that are done, all pixels alike; at least one sample is taken.
     pub time_limit: Option<Duration>,
 }
@@ -125,7 +128,7 @@ pub struct Summary {
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
 pub fn plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
-    plan_for(scene, &choices.overrides.apply(scene), choices, false)
+    plan_for(scene, &choices.overrides.apply(scene), choices, false, Road::default())
 }
 
 /// As [`plan`], of the scene as the choices leave what is `written`; `interactive`: interactive parameters can change between
@@ -135,6 +138,7 @@ pub(crate) fn plan_for(
     scene: &Scene,
     choices: &Choices,
     interactive: bool,
+    road: Road,
 ) -> Result<(Plan, Compiled), Error> {
     scene.check()?;
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
@@ -144,7 +148,7 @@ pub(crate) fn plan_for(
     if scene.instances.is_empty() && scene.environment.is_none() {
         return Err(Error::Empty);
     }
-    let mut compiled = materials::compile_for(scene, interactive)?;
+    let mut compiled = materials::compile_for(scene, interactive, road)?;
     if written.environment.is_some()
         && let Some(id) = scene.environment
         && let Some(artifact) = &compiled.artifacts[id.0 as usize]
@@ -188,14 +192,21 @@ pub fn render(
 }
 
 /// The film's numbers as a picture.
-pub(crate) fn picture(scene: &Scene, options: &Options, samples: u32, data: &[f64], channels: usize) -> Picture {
+pub(crate) fn picture(
+    scene: &Scene,
+    options: &Options,
+    seed: u64,
+    samples: u32,
+    data: &[f64],
+    channels: usize,
+) -> Picture {
     // In f64 radiance can be what f32 calls infinite.
     let narrow = |x: f64| x.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
     let pixels = data.chunks(channels).map(|p| [narrow(p[0]), narrow(p[1]), narrow(p[2])]).collect();
     let alpha = if channels > 3 { data.chunks(channels).map(|p| p[3] as f32).collect() } else { Vec::new() };
     let attributes = [
         ("oslcl:samples", samples.to_string()),
-        ("oslcl:seed", scene.integrator.seed.to_string()),
+        ("oslcl:seed", seed.to_string()),
         ("oslcl:max_depth", scene.integrator.max_depth.to_string()),
         ("oslcl:precision", format!("{:?}", options.choices.precision).to_lowercase()),
     ];

@@ -17,7 +17,7 @@ use crate::supplies::Supplies;
 use crate::told::{self, Heard};
 use crate::vertex_data::{self, Table};
 use crate::wavefront::{Counts, Spread, Supplied, Wavefront};
-use crate::{attributes, device, displace, textures};
+use crate::{attributes, device, displace, roads, textures};
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
@@ -49,6 +49,8 @@ pub struct Session<'a> {
     /// By material.
     values: Vec<Supplies>,
     spread: Spread,
+    seed: u64,
+    samples: u32,
     heard: Heard,
     compile_time: Duration,
     build_time: Duration,
@@ -76,8 +78,10 @@ impl<'a> Session<'a> {
         if options.choices.precision.is_double() && !device.info.double {
             return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
         }
+        // Better to hear of it now than after the work.
+        roads::check(device, options.road).map_err(programs::Error::from)?;
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(written, &scene, &asked, interactive)?;
+        let (plan, compiled) = render::plan_for(written, &scene, &asked, interactive, options.road)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
@@ -95,6 +99,7 @@ impl<'a> Session<'a> {
         let geometry_time = start.elapsed();
 
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+        let (seed, samples) = (scene.integrator.seed, scene.integrator.samples);
         let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
         let textures = match plan.has(Effect::Textures) {
             true => textures::pack(&compiled.textures, compiled.texture_files())?,
@@ -105,7 +110,8 @@ impl<'a> Session<'a> {
         let supplied = Supplied { textures: &textures, userdata: &userdata, interactive: &interactive };
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
         let start = Instant::now();
-        let kernels = programs::build(device, &plan, spread.paths)?;
+        let modules = roads::modules(&compiled.artifacts, options.choices.precision);
+        let kernels = programs::build(device, &plan, spread.paths, &modules)?;
         let build_time = start.elapsed();
         Ok(Session {
             device,
@@ -119,6 +125,8 @@ impl<'a> Session<'a> {
             userdata,
             values,
             spread,
+            seed,
+            samples,
             heard,
             compile_time,
             build_time,
@@ -156,6 +164,39 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
+    /// Takes other random numbers for the next renders than the scene's seed gives.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.seed = seed;
+    }
+
+    /// Takes another number of samples per pixel in the next renders than the scene's, at least 1.
+    pub fn set_samples(&mut self, samples: u32) {
+        self.samples = samples.max(1);
+    }
+
+    /// A name for all that decides the picture but the seed and the number of samples: programs, geometry, textures, values of
+    /// interactive parameters, camera.
+    pub fn fingerprint(&self) -> Result<blake3::Hash, Error> {
+        let mut hasher = blake3::Hasher::new();
+        let scene = self.scene.as_ref();
+        let small = (&scene.camera, scene.film, scene.integrator.max_depth, scene.integrator.roulette_from);
+        hasher
+            .update(format!("{small:?} {:?} {:?} {:?}", scene.filter, scene.conventions, self.plan.choices).as_bytes());
+        for program in &self.plan.programs {
+            hasher.update(
+                programs::source(&self.plan, program, self.spread.paths).map_err(programs::Error::from)?.as_bytes(),
+            );
+        }
+        self.geometry.visit_bytes(&mut |bytes| _ = hasher.update(bytes));
+        for (value, int) in interactive_numbers(&self.compiled, &self.values) {
+            hasher.update(&value.to_le_bytes()).update(&[u8::from(int)]);
+        }
+        let words = self.textures.words.iter().chain(&self.userdata.places);
+        words.for_each(|w| _ = hasher.update(&w.to_le_bytes()));
+        self.userdata.values.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
+        Ok(hasher.finalize())
+    }
+
     /// Renders with the present values. `watch` hears of the progress each time that the device is asked for it.
     pub fn render(&mut self, watch: &mut dyn FnMut(&Progress)) -> Result<(Picture, Summary), Error> {
         let (device, scene, plan) = (self.device, self.scene.as_ref(), &self.plan);
@@ -164,6 +205,7 @@ impl<'a> Session<'a> {
         let supplied = Supplied { textures: &self.textures, userdata: &self.userdata, interactive: &interactive };
         let mut wavefront =
             Wavefront::new(device, plan, &self.kernels, scene, &mut self.geometry, &supplied, self.spread)?;
+        wavefront.set_seed(self.seed);
         device.finish()?;
         let geometry_time = self.geometry_time + start.elapsed();
 
@@ -172,7 +214,7 @@ impl<'a> Session<'a> {
         let build_time = self.build_time + start.elapsed();
 
         let start = Instant::now();
-        let wanted = scene.integrator.samples;
+        let wanted = self.samples;
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         let mut report = |counts: &Counts| {
             watch(&Progress { counts: *counts, total: pixels * u64::from(wanted), elapsed: start.elapsed() });
@@ -202,7 +244,8 @@ impl<'a> Session<'a> {
         self.heard.give(&mut messages);
         wavefront.log_times();
         let bytes_per_path = plan.layout.bytes_per_path(self.options.choices.precision.real_bytes());
-        let mut picture = render::picture(scene, &self.options, done, &data, plan.layout.film_channels() as usize);
+        let channels = plan.layout.film_channels() as usize;
+        let mut picture = render::picture(scene, &self.options, self.seed, done, &data, channels);
         if !plan.is_asked(Effect::Holdout) {
             // Full everywhere.
             picture.alpha.clear();

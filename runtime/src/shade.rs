@@ -22,6 +22,7 @@ use crate::device::{self, Arg, Buffer, Device, Program};
 use crate::materials;
 use crate::preamble;
 use crate::precision::Precision;
+use crate::roads;
 use crate::textures::{self, Library, Packed};
 use oslcl_compiler::reflect::ShaderInfo;
 use oslcl_compiler::{Artifact, Entry, Failure, Globals, Group, HostRun, Master, Options};
@@ -84,6 +85,9 @@ pub enum Error {
     /// The device refuses.
     #[error(transparent)]
     Device(#[from] device::Error),
+    /// No program comes out.
+    #[error(transparent)]
+    Road(#[from] roads::Error),
     /// The generated code includes an unknown header.
     #[error(transparent)]
     Assemble(#[from] assemble::Error),
@@ -184,7 +188,7 @@ pub fn run_timed(
     }
     let packed = textures::pack(library, artifact.textures.iter().map(|t| t.file.as_str()))?;
     let _span = tracing::debug_span!("shade", shader = artifact.name).entered();
-    let program = Program::build(device, &artifact.name, &program(artifact, supplies)?, precision.build_options())?;
+    let program = build(device, artifact, precision, supplies)?;
     let run = if precision.is_double() { launch::<f64> } else { launch::<f32> };
     let mut shaded = Shaded::default();
     let mut fastest = f64::INFINITY;
@@ -272,13 +276,25 @@ fn planes(artifact: &Artifact, grid: Grid) -> Result<Vec<Plane>, Error> {
     Ok(planes)
 }
 
+/// Builds the program that [`run_supplied`] runs.
+pub fn build(
+    device: &Device,
+    artifact: &Artifact,
+    precision: Precision,
+    supplies: &Supplies,
+) -> Result<Program, Error> {
+    let text = program(artifact, supplies)?;
+    let module = roads::module(artifact, precision);
+    Ok(roads::build(device, &artifact.name, &text, precision.build_options(), module.as_slice())?)
+}
+
 /// The shader's text with the kernel behind it.
 fn program(artifact: &Artifact, supplies: &Supplies) -> Result<String, Error> {
     let reals: u32 = artifact.outputs.iter().map(|o| o.reals).sum();
     let text = format!(
         "{}{}{}\n#define SHADE_ENTRY {}\n#define SHADE_REALS {reals}\n#include \"stages/shade.cl\"\n",
         preamble::text(artifact),
-        artifact.code,
+        preamble::code(artifact),
         supplies.code(artifact),
         artifact.entry
     );

@@ -92,6 +92,16 @@ pub struct Counts {
     pub repaired: u32,
 }
 
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Counts) {
+        self.rays += other.rays;
+        self.shadow_rays += other.shadow_rays;
+        self.samples += other.samples;
+        self.dropped += other.dropped;
+        self.repaired += other.repaired;
+    }
+}
+
 /// A scene on a device, being rendered.
 pub struct Wavefront<'a> {
     device: &'a Device,
@@ -259,6 +269,11 @@ impl<'a> Wavefront<'a> {
         self.buffers.insert(BufferId::EnvironmentCells, cells);
         self.buffers.insert(BufferId::EnvironmentAlias, self.device.upload("environment_alias", &table.alias)?);
         Ok(())
+    }
+
+    /// Sets the seed of the random numbers, until then the scene's.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.set(Setting::Seed, folded(seed));
     }
 
     /// Launches every stage with nothing to do: drivers that finish compiling a kernel at its first launch do so now, so that
@@ -501,14 +516,16 @@ fn environment_weights(radiance: &[f64], (width, height): (u32, u32)) -> Vec<f64
     (0..own.len()).map(|i| own[i] + 0.1 * around(i % width, i / width)).collect()
 }
 
+/// The seed's halves mixed: kernels take 32 bits.
+fn folded(seed: u64) -> u32 {
+    (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32
+}
+
 fn settings(scene: &Scene, plan: &Plan, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
-    // The seed's halves are mixed: kernels take 32 bits.
-    let seed = scene.integrator.seed;
-    let seed = (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32;
     Setting::ALL.map(|(setting, _)| match setting {
         Setting::Width => scene.film.width,
         Setting::Height => scene.film.height,
-        Setting::Seed => seed,
+        Setting::Seed => folded(scene.integrator.seed),
         Setting::MaxDepth => scene.integrator.max_depth,
         Setting::RouletteFrom => scene.integrator.roulette_from.unwrap_or(u32::MAX),
         Setting::Lights => geometry.lights.len() as u32,

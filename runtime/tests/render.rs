@@ -514,3 +514,57 @@ fn choices_are_checked_and_change_what_they_should() {
     picture("draft", &["--profile", "draft"]);
     picture("reference", &["--profile", "reference"]);
 }
+
+#[test]
+fn a_study_says_what_each_choice_costs() {
+    let at = Folder::new("study");
+    at.write("s.toml", square("shader = \"matte\""));
+    let args = ["bench", "accuracy", "s.toml", "-o", "out", "--spp", "4", "--seeds", "2", "--references", "refs"];
+    let run = at.oslcl(&[&args[..], &["--reference-spp", "64"]].concat());
+    succeeds(&run);
+    for name in ["default", "sampler=sobol", "precision=fast", "depth=2", "profile draft", "spp=16"] {
+        assert!(run.out.contains(&format!("| {name} |")), "{name}: {}", run.out);
+    }
+    let csv = String::from_utf8(at.read("out/accuracy-s.csv")).expect("text");
+    let mse = |name: &str| -> f64 {
+        let line = csv.lines().find(|l| l.starts_with(&format!("{name},"))).expect("a row");
+        line.split(',').nth(4).and_then(|n| n.parse().ok()).expect("a number")
+    };
+    assert!(mse("spp=16") < 0.5 * mse("default"), "{csv}");
+    let page = String::from_utf8(at.read("out/accuracy-s.md")).expect("text");
+    assert!(page.contains("oslcl bench accuracy s.toml --spp 4 --seeds 2 --reference-spp 64"), "{page}");
+    for plot in ["out/accuracy-s-mse.svg", "out/accuracy-s-flip.svg"] {
+        assert!(String::from_utf8(at.read(plot)).expect("text").contains("sampler=sobol"), "{plot}");
+    }
+    // The reference is kept, and made again where a file is damaged.
+    let kept = std::fs::read_dir(at.0.join("refs")).expect("a folder").flatten().next().expect("a reference").path();
+    let before = std::fs::read(&kept).expect("a picture");
+    std::fs::write(&kept, &before[..before.len() / 2]).expect("damaged");
+    succeeds(&at.oslcl(&[&args[..], &["--reference-spp", "64"]].concat()));
+    assert_eq!(std::fs::read(&kept).expect("a picture"), before);
+    fails(&at.oslcl(&["bench", "accuracy", "none.toml"]), 1, &["none.toml"]);
+    fails(&at.oslcl(&["bench", "accuracy", "s.toml", "--seeds", "1"]), 2, &["--seeds"]);
+}
+
+#[test]
+fn a_target_error_is_reached_and_said() {
+    let at = Folder::new("target");
+    at.write("s.toml", square("shader = \"matte\""));
+    let samples = |error: &str| -> f64 {
+        let run = at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", error]);
+        succeeds(&run);
+        let line = run.err.lines().find(|l| l.starts_with("error ")).unwrap_or_else(|| panic!("{}", run.err));
+        let reached: f64 = line.split_whitespace().nth(1).and_then(|n| n.parse().ok()).expect("a number");
+        assert!(reached <= error.parse().expect("a number"), "{line}");
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let at = words.iter().position(|w| *w == "samples").expect("samples");
+        words[at - 1].parse().expect("a number")
+    };
+    let (coarse, fine) = (samples("0.016"), samples("0.004"));
+    // A quarter of the error takes 16 times the samples, give or take the steps.
+    assert!(fine / coarse > 8.0 && fine / coarse < 32.0, "{coarse} {fine}");
+    for wrong in ["0", "1", "nan", "x"] {
+        fails(&at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", wrong]), 2, &["--target-error"]);
+    }
+    fails(&at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", "0.1", "--spp", "3"]), 2, &["--spp"]);
+}

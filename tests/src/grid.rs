@@ -6,7 +6,8 @@
 use oslcl_compiler::interp::Globals;
 use oslcl_compiler::{Entry, Failure, Master, NoIncludes, Options};
 use oslcl_runtime::assemble;
-use oslcl_runtime::device::{self, Arg, Device, Program};
+use oslcl_runtime::device::{self, Arg, Device};
+use oslcl_runtime::roads::{self, Road};
 use std::fmt::Write;
 
 /// What the kernels compute in.
@@ -68,6 +69,9 @@ pub enum Error {
     /// Kernel text that does not assemble.
     #[error(transparent)]
     Assemble(#[from] assemble::Error),
+    /// No program comes out.
+    #[error(transparent)]
+    Road(#[from] roads::Error),
     /// The device refuses.
     #[error(transparent)]
     Device(#[from] device::Error),
@@ -90,16 +94,32 @@ fn record(g: &Globals) -> Vec<f64> {
     r
 }
 
-/// The program's text and the number of reals that a point's outputs take.
-fn text(cases: &[Case]) -> Result<(String, usize), Error> {
+/// A program.
+struct Written {
+    text: String,
+    /// Reals that a point's outputs take.
+    width: usize,
+    modules: Vec<Vec<u32>>,
+}
+
+/// The program's text, and what it is linked with.
+fn text(cases: &[Case], (road, precision): (Road, Precision)) -> Result<Written, Error> {
     let mut text = String::new();
     let mut calls = String::new();
     let mut width = 0;
+    let mut modules = Vec::new();
     for case in cases {
-        let compiled = case.master.instance(&case.options);
+        let options = Options { spirv: road == Road::Spirv, ..case.options.clone() };
+        let compiled = case.master.instance(&options);
         let output = compiled.map_err(|failure| Error::Compile { label: case.label.clone(), failure })?;
         let artifact = output.artifact;
-        text.push_str(&artifact.code);
+        match artifact.spirv {
+            None => text.push_str(&artifact.code),
+            Some(spirv) => {
+                text.push_str(&spirv.bridge);
+                modules.push(if precision == Precision::Double { spirv.double } else { spirv.single });
+            }
+        }
         let _ = writeln!(calls, "    {}(&sg, values + {width});", artifact.entry);
         width += artifact.outputs.iter().map(|o| o.reals as usize).sum::<usize>();
     }
@@ -135,14 +155,30 @@ fn text(cases: &[Case]) -> Result<(String, usize), Error> {
          sg.shader_space = spaces + 32;\n    sg.camera_space = spaces + 64;\n    sg.other_spaces = 0;\n    real values[{width}];\n{calls}    \
          for (int k = 0; k < {width}; k++) out[i * {width} + k] = values[k];\n}}\n"
     );
-    Ok((assemble::assemble("grid.cl", &text)?, width))
+    Ok(Written { text: assemble::assemble("grid.cl", &text)?, width, modules })
 }
 
 /// Runs all shaders at all points, in one program. The spaces are those of the first point. Per point, the reals of all
 /// cases one behind the other.
 pub fn run(device: &Device, precision: Precision, cases: &[Case], points: &[Globals]) -> Result<Vec<Vec<f64>>, Error> {
-    let (text, width) = text(cases)?;
-    let program = Program::build(device, "grid", &text, precision.options())?;
+    run_by((Road::OpenClC, ""), device, precision, cases, points)
+}
+
+/// What stands in front of a text whose sums and products are each rounded on their own: OpenCL C lets a compiler round
+/// `a * b + c` once.
+pub const UNCONTRACTED: &str = "#pragma OPENCL FP_CONTRACT OFF\n";
+
+/// As [`run`], by a road of one's choice, with some text in front.
+pub fn run_by(
+    (road, front): (Road, &str),
+    device: &Device,
+    precision: Precision,
+    cases: &[Case],
+    points: &[Globals],
+) -> Result<Vec<Vec<f64>>, Error> {
+    let Written { text, width, modules } = text(cases, (road, precision))?;
+    let modules: Vec<&[u32]> = modules.iter().map(Vec::as_slice).collect();
+    let program = roads::build(device, "grid", &format!("{front}{text}"), precision.options(), &modules)?;
     let kernel = program.kernel(device, "grid")?;
     let records: Vec<f64> = points.iter().flat_map(record).collect();
     let first = points.first().cloned().unwrap_or_default();

@@ -91,6 +91,6 @@ pub fn sphere() -> Mesh {
 /// Renders a scene on the first device.
 pub fn render(scene: &Scene, precision: Precision) -> (Picture, Summary) {
     let device = Device::open(None).expect("an OpenCL device");
-    let options = Options { choices: precision.into(), time_limit: None };
+    let options = Options { choices: precision.into(), ..Options::default() };
     render::render(scene, &device, &options, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"))
 }

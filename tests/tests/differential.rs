@@ -1,4 +1,5 @@
-//! Every built-in function, and whole shaders, on the device against the interpreter.
+//! Every built-in function, and whole shaders, on the device against the interpreter: as OpenCL C, and as SPIR-V where the device
+//! takes it.
 //!
 //! Tolerance. Single precision: 2e-5 relative plus 2e-6 absolute; double precision: 1e-10 relative plus 1e-12 absolute. The
 //! absolute part is times the largest argument where functions add up several of them ([`Reach::Narrow`]).
@@ -11,6 +12,7 @@ use functions::sources;
 use oslcl_compiler::interp::Globals;
 use oslcl_compiler::{Options, Values};
 use oslcl_runtime::device::Device;
+use oslcl_runtime::roads::{self, Road};
 use oslcl_tests::grid::{self, Case, Precision};
 use oslcl_tests::points::{self, Reach};
 use std::path::PathBuf;
@@ -141,8 +143,14 @@ fn check(precision: Precision, reach: Reach, cases: &[Case], points: &[Globals])
     }
     let mut wrong = Vec::new();
     let (mut strict, mut lenient) = (0, 0);
-    for group in cases.chunks(GROUP) {
-        let values = grid::run(&device, precision, group, points).unwrap_or_else(|e| panic!("{e}"));
+    let mut roads = vec![Road::OpenClC];
+    match roads::check(&device, Road::Spirv) {
+        Ok(()) => roads.push(Road::Spirv),
+        Err(cause) => println!("skipped: SPIR-V: {cause}"),
+    }
+    for (group, road) in cases.chunks(GROUP).flat_map(|g| roads.iter().map(move |r| (g, *r))) {
+        let run = grid::run_by((road, ""), &device, precision, group, points);
+        let values = run.unwrap_or_else(|e| panic!("{e}"));
         let mut from = 0;
         for case in group {
             let width: usize = expected(case, &points[..1])[0].iter().map(|(_, r)| r.len()).sum();

@@ -1,6 +1,6 @@
 //! What a shader can do to the renderer and asks of it, read off its IR.
 
-use crate::backend::opencl_c::lobes::{has_film, slot_has_film};
+use crate::backend::lobes::{has_film, slot_has_film};
 use crate::builtins::{self, ClosureRole};
 use crate::ir::{Arg, Const, Inst, LocalId, LocalKind, Shader, Stmt, ValueId};
 use serde::Serialize;

@@ -9,7 +9,9 @@ mod inputs;
 pub use effects::{Radiance, State};
 pub use inputs::{Inputs, Slot};
 
-use crate::backend::opencl_c::{Code, Output};
+use crate::backend::Output;
+use crate::backend::opencl_c::Code;
+use crate::backend::spirv::Spirv;
 use crate::ir::Shader;
 use crate::messages::{Decoder, Site};
 use crate::passes::{self, TextureUse};
@@ -35,6 +37,9 @@ pub struct Artifact {
     pub code: String,
     /// The headers that `code` includes, relative to kernels/.
     pub includes: Vec<String>,
+    /// The same as SPIR-V, where [`crate::Options::spirv`] asks for it. Not part of the JSON form: its words are files of their own.
+    #[serde(skip)]
+    pub spirv: Option<Spirv>,
     /// Names of the lobe types that can occur (`LOBE_*` of kernels/lobe.h in small letters), sorted, each once; `thin_film` when
     /// one of them can lie under a film.
     pub lobes: Vec<String>,
@@ -80,6 +85,7 @@ impl Artifact {
             entry: code.entry,
             code: code.text,
             includes: code.includes,
+            spirv: None,
             lobes: effects.lobes,
             volumes: effects.volumes,
             globals: effects.globals,

@@ -7,7 +7,7 @@ use super::host::{self, HostRun};
 use super::{Binding, Entry, Failure, Master, Options, Output, Silenced, Values, on_large_stack, tell};
 use crate::artifact::Artifact;
 use crate::attributes::Attributes;
-use crate::backend::opencl_c;
+use crate::backend::{opencl_c, spirv};
 use crate::diag::Diagnostic;
 use crate::dictionary::Documents;
 use crate::interp;
@@ -236,32 +236,56 @@ impl<'a> Parts<'a> {
         Ok((shader, outputs))
     }
 
+    /// Joins the layers and optimises for a device: the shader, what to write of it, the outputs as asked for, warnings.
+    #[allow(clippy::type_complexity)]
+    fn optimised<'b>(
+        &self,
+        files: &Files,
+        options: &'b Options,
+    ) -> Result<(Shader, Entry, &'b [String], Vec<Diagnostic>), Vec<Diagnostic>> {
+        let asked = match &options.entry {
+            Entry::Material => &[][..],
+            Entry::Grid(names) => names,
+        };
+        let (mut shader, outputs) = self.link(files, options, asked)?;
+        let entry = match &options.entry {
+            Entry::Material => Entry::Material,
+            Entry::Grid(_) => Entry::Grid(outputs.clone()),
+        };
+        let warnings = passes::optimise_with(
+            &mut shader,
+            &[],
+            &outputs,
+            &self.settings(Target::Device, files, matches!(options.entry, Entry::Grid(_))),
+        )?;
+        Ok((shader, entry, asked, warnings))
+    }
+
+    /// The IR that back ends get, as text.
+    pub fn ir(&self, options: &Options) -> Result<String, Failure> {
+        let files = self.files();
+        match on_large_stack(|| self.optimised(&files, options).map(|(shader, ..)| crate::ir::print(&shader))) {
+            Ok(Ok(text)) => Ok(text),
+            Ok(Err(list)) => {
+                Err(Failure { diagnostics: tell(&files.sources, &files.nowarn, list), sources: files.sources })
+            }
+            Err(d) => Err(Failure { diagnostics: vec![d], sources: files.sources }),
+        }
+    }
+
     pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
         let files = self.files();
         let work = || {
-            let asked = match &options.entry {
-                Entry::Material => &[][..],
-                Entry::Grid(names) => names,
-            };
-            let (mut shader, outputs) = self.link(&files, options, asked)?;
-            let entry = match &options.entry {
-                Entry::Material => Entry::Material,
-                Entry::Grid(_) => Entry::Grid(outputs.clone()),
-            };
-            let warnings = passes::optimise_with(
-                &mut shader,
-                &[],
-                &outputs,
-                &self.settings(Target::Device, &files, matches!(options.entry, Entry::Grid(_))),
-            )?;
+            let (shader, entry, asked, warnings) = self.optimised(&files, options)?;
             let lines = options.line_directives.then_some(&*files.sources);
             let mut code = opencl_c::emit(&shader, &entry, lines)?;
+            let spirv = options.spirv.then(|| spirv::emit(&shader, &entry, &code.entry)).transpose()?;
             for (output, name) in code.outputs.iter_mut().zip(asked) {
                 output.name.clone_from(name);
             }
             let info = self.layers.last().map(|l| l.master.info.clone());
             let info = info.ok_or_else(|| vec![Diagnostic::global("E4015", "the group has no layers")])?;
-            Ok((Artifact::new(&shader, code, info), warnings))
+            Ok((Artifact { spirv, ..Artifact::new(&shader, code, info) }, warnings))
         };
         let sources = files.sources.clone();
         match on_large_stack(work) {

@@ -3,13 +3,13 @@
 //! In: optimised IR, outputs, points. Out: [`HostRun`]. It is the way for shaders that need strings which a device cannot
 //! build, and the oracle for those that don't.
 
-use crate::backend::opencl_c;
+use crate::backend;
 use crate::diag::Diagnostic;
 use crate::interp::{self, Globals, Outcome};
 use crate::ir::{Const, Global, LocalId, LocalKind, Shader};
 use crate::messages::Message;
 
-pub use crate::backend::opencl_c::Output;
+pub use crate::backend::Output;
 
 /// What a run over many points leaves.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,7 +29,7 @@ pub(super) fn run(
     count: u32,
     point: &dyn Fn(u32) -> Globals,
 ) -> Result<HostRun, Vec<Diagnostic>> {
-    let outputs = opencl_c::outputs(shader, names)?;
+    let outputs = backend::outputs(shader, names)?;
     let mut run = HostRun { data: vec![Vec::new(); outputs.len()], outputs, messages: Vec::new() };
     for number in 0..count {
         let globals = Globals { shading_index: number as i32, ..point(number) };

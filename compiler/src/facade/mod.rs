@@ -22,7 +22,7 @@ use crate::{check, interp, lower, oso, parse, vendor};
 use std::fmt;
 use std::sync::Arc;
 
-pub use crate::backend::opencl_c::Entry;
+pub use crate::backend::Entry;
 pub use crate::lower::ColorSystem;
 pub use crate::passes::link::{Connection, Hints, Lazy, Userdata};
 pub use group::{Bound, Group, Layer};
@@ -114,6 +114,8 @@ pub struct Options {
     pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Write SPIR-V beside OpenCL C ([`Artifact::spirv`]).
+    pub spirv: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
     pub textures: Option<TextureAccess>,
     /// What `getattribute` finds.
@@ -140,6 +142,7 @@ impl Default for Options {
             userdata_is_connected: false,
             lazy: Lazy::default(),
             line_directives: false,
+            spirv: false,
             textures: None,
             attributes: Attributes::default(),
             documents: None,
@@ -463,6 +466,13 @@ impl Master {
     /// Binds parameters, optimises, and writes code. Uses the options' `bindings`, `entry` and `line_directives`.
     pub fn instance(&self, options: &Options) -> Result<Output, Failure> {
         group::Parts::one(self, options).instance(options)
+    }
+}
+
+impl Master {
+    /// Binds parameters and optimises: the IR that the back ends get, as text. Uses the options as [`Master::instance`] does.
+    pub fn ir(&self, options: &Options) -> Result<String, Failure> {
+        group::Parts::one(self, options).ir(options)
     }
 }
 

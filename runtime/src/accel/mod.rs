@@ -52,7 +52,8 @@ const EMITS: u32 = 4;
 pub struct Geometry {
     /// 16 floats a node; node 0 is where every ray starts.
     pub nodes: Vec<f32>,
-    /// 12 numbers a triangle in leaf order: corner, two edges, each with a number that nothing reads. In object space for instanced meshes.
+    /// 12 numbers a triangle in leaf order: its corners, each with a coordinate of the unit normal behind it. In object space for
+    /// instanced meshes.
     pub triangles: Vec<f64>,
     /// Triangle number of each of those.
     pub triangle_ids: Vec<u32>,
@@ -82,6 +83,16 @@ impl Geometry {
     /// Whether there are two levels.
     pub fn has_instances(&self) -> bool {
         !self.instance_roots.is_empty()
+    }
+
+    /// Calls `f` with the bytes of all numbers, in a fixed order.
+    pub fn visit_bytes(&self, f: &mut dyn FnMut(&[u8])) {
+        let floats = [&self.nodes, &self.normals, &self.uvs];
+        floats.into_iter().flatten().for_each(|x| f(&x.to_le_bytes()));
+        let doubles = [&self.triangles, &self.areas, &self.object_spaces, &self.instances, &self.lights.reals];
+        doubles.into_iter().flatten().for_each(|x| f(&x.to_le_bytes()));
+        let ids = [&self.triangle_ids, &self.corners, &self.shapes, &self.first_vertices, &self.instance_roots];
+        ids.into_iter().chain([&self.lights.words]).flatten().for_each(|x| f(&x.to_le_bytes()));
     }
 
     /// Triangles in memory.
@@ -314,7 +325,10 @@ impl<'a> Builder<'a> {
         let tree = bvh::over_triangles(corners, first_leaf, self.tree, &mut self.out.nodes)?;
         for &k in &tree.order {
             let [a, b, c] = corners[k as usize];
-            self.out.triangles.extend([a, b - a, c - a].iter().flat_map(|v| [v.x, v.y, v.z, 0.0]));
+            // From the corner's side: zeros get the signs of the reference's renderer, on which the frame around an axis-parallel
+            // normal depends.
+            let normal = (a - b).cross(a - c).normalize_or_zero().to_array();
+            self.out.triangles.extend([a, b, c].iter().zip(normal).flat_map(|(v, n)| [v.x, v.y, v.z, n]));
             self.out.triangle_ids.push(first + k);
         }
         let all = corners.iter().flatten();

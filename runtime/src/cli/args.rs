@@ -25,7 +25,7 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to a picture.
     Render(RenderArgs),
-    /// Compile OSL files to OpenCL C (.cl) and reflection (.json).
+    /// Compile OSL files to OpenCL C (.cl) and reflection (.json), or what --emit says.
     Compile(CompileArgs),
     /// Check OSL files for errors and warnings; writes nothing.
     Check(CheckArgs),
@@ -39,8 +39,46 @@ pub enum Command {
     Compare(CompareArgs),
     /// Run a shader over a grid of points and write its output parameters.
     Shade(ShadeArgs),
+    /// Make a report of what things cost, that anyone can make again.
+    #[command(subcommand)]
+    Bench(BenchCommand),
     /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
     InstallTools(InstallToolsArgs),
+}
+
+/// The reports.
+#[derive(Debug, Subcommand)]
+pub enum BenchCommand {
+    /// What each choice between accuracy and time costs and buys on a scene: a table, CSV and plots.
+    Accuracy(AccuracyArgs),
+}
+
+/// Arguments of `oslcl bench accuracy`.
+#[derive(Debug, Args)]
+pub struct AccuracyArgs {
+    /// The scene.
+    pub scene: PathBuf,
+    /// Folder for the report, the CSV and the plots.
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub output: PathBuf,
+    /// Samples per pixel of each variation [default: the scene's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub spp: Option<u32>,
+    /// Renders of each variation; confidence comes from them.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    pub seeds: u32,
+    /// Samples per pixel of the reference [default: 64 times those of a variation].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub reference_spp: Option<u32>,
+    /// Folder where references are kept for the next time [default: in the user's cache].
+    #[arg(long, value_name = "DIR")]
+    pub references: Option<PathBuf>,
+    /// Size of the picture in pixels [default: the scene's].
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
 }
 
 /// How exact the arithmetic is.
@@ -52,6 +90,32 @@ pub enum PrecisionArg {
     Standard,
     /// 64-bit floats: the reference that the others are measured against.
     Reference,
+}
+
+/// How materials' code gets into programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RoadArg {
+    /// As OpenCL C: every device.
+    Opencl,
+    /// As SPIR-V, linked with the renderer's kernels: devices that take it, and PoCL where LLVM's tools are installed.
+    Spirv,
+}
+
+/// What `oslcl compile` writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EmitArg {
+    /// NAME.cl: OpenCL C, which a driver builds as it stands.
+    Opencl,
+    /// NAME.spv: a SPIR-V module; NAME.spv.cl: the OpenCL C that it is linked with.
+    Spirv,
+    /// NAME.bc: both of these linked as LLVM bitcode (SPIR 1.2), by clang, llvm-spirv and llvm-link.
+    Bitcode,
+    /// NAME.bin: the device's binary of the program that `oslcl shade` runs.
+    Binary,
+    /// NAME.ir: the intermediate representation that the code is written from.
+    Ir,
+    /// NAME.json: parameters, effects, interface.
+    Json,
 }
 
 /// Where OSL files look for includes, and macros.
@@ -99,6 +163,9 @@ pub struct RenderArgs {
     /// Samples per pixel [default: the scene's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
     pub spp: Option<u32>,
+    /// Take as many samples as this error needs: the root of the relative mean squared error, such as 0.01.
+    #[arg(long, value_name = "ERROR", value_parser = parse_error, conflicts_with_all = ["spp", "time"])]
+    pub target_error: Option<f64>,
     /// Size of the picture in pixels [default: the scene's].
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
@@ -117,6 +184,9 @@ pub struct RenderArgs {
     /// Choices between accuracy and time.
     #[command(flatten)]
     pub choices: ChoiceArgs,
+    /// How materials' code gets into programs.
+    #[arg(long, value_enum, default_value = "opencl")]
+    pub road: RoadArg,
     /// Exposure of a .png in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true,
           value_parser = parse_stops)]
@@ -132,9 +202,18 @@ pub struct CompileArgs {
     /// OSL files.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Folder for the .cl and .json files [default: next to each source].
+    /// Folder for the files [default: next to each source].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// What to write; several with commas, or repeated.
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["opencl", "json"])]
+    pub emit: Vec<EmitArg>,
+    /// The arithmetic of SPIR-V, bitcode and binaries.
+    #[arg(long, value_enum, default_value = "standard")]
+    pub precision: PrecisionArg,
+    /// OpenCL device of binaries: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
     /// Bind a parameter (with one file): a number, numbers with commas, or text; may be repeated.
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     pub param: Vec<String>,
@@ -247,6 +326,9 @@ pub struct ShadeArgs {
     /// How exact the arithmetic is.
     #[arg(long, value_enum, default_value = "standard")]
     pub precision: PrecisionArg,
+    /// How the shader's code gets into its program.
+    #[arg(long, value_enum, default_value = "opencl")]
+    pub road: RoadArg,
     /// Includes and macros.
     #[command(flatten)]
     pub source: SourceArgs,
@@ -273,6 +355,13 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(s) if s.is_finite() && s > 0.0 => Ok(s),
         _ => Err(format!("`{text}` is not a positive number of seconds")),
+    }
+}
+
+fn parse_error(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(e) if e > 0.0 && e < 1.0 => Ok(e),
+        _ => Err(format!("`{text}` is not a number between 0 and 1")),
     }
 }
 

@@ -1,18 +1,17 @@
-//! `oslcl compile`: OSL files to OpenCL C and reflection.
+//! `oslcl compile`: OSL files to OpenCL C, SPIR-V, reflection and the like.
 //!
-//! In: OSL or `.oso` files. Out: NAME.cl, which a driver builds as it stands, and NAME.json, the whole artifact. Several files
+//! In: OSL or `.oso` files. Out: the files that `--emit` asks for ([`emit`]). Several files
 //! are compiled at a time; what is said about each stays together, in the order of the files.
 
-use super::args::CompileArgs;
+use super::args::{CompileArgs, EmitArg};
 use super::sources::{self, Folders};
-use super::{Error, params, report, terminal};
-use oslcl_compiler::{Artifact, Failure, Master, Options};
-use oslcl_runtime::assemble;
+use super::{Error, emit, params, report, terminal};
+use oslcl_compiler::{Failure, Master, Options};
+use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::textures;
 use std::collections::HashMap;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -37,18 +36,20 @@ pub fn run(args: &CompileArgs) -> Result<(), Error> {
             )));
         }
     }
+    let needs_device = args.emit.contains(&EmitArg::Binary);
+    let device = needs_device.then(|| Device::open(args.device.as_deref())).transpose()?;
     let next = AtomicUsize::new(0);
     let (sender, receiver) = mpsc::channel();
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(args.files.len());
     std::thread::scope(|scope| {
         for _ in 0..threads {
-            let (sender, next) = (sender.clone(), &next);
+            let (sender, next, device) = (sender.clone(), &next, &device);
             scope.spawn(move || {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(path) = args.files.get(index) else { break };
                     let mut said = String::new();
-                    let done = compile(path, args, &mut said);
+                    let done = compile(path, args, device.as_ref(), &mut said);
                     if sender.send((index, done, said)).is_err() {
                         break;
                     }
@@ -101,7 +102,8 @@ fn with_ending(base: &Path, ending: &str) -> PathBuf {
 }
 
 /// Compiles a file; the line that says what was written. Findings are added to `said`.
-fn compile(path: &Path, args: &CompileArgs, said: &mut String) -> Result<String, Error> {
+fn compile(path: &Path, args: &CompileArgs, device: Option<&Device>, said: &mut String) -> Result<String, Error> {
+    let precision = Precision::from(args.precision);
     let source = sources::read(path)?;
     let options = sources::options(&source, &args.source)?;
     let folders = Folders::new(&args.source);
@@ -109,23 +111,28 @@ fn compile(path: &Path, args: &CompileArgs, said: &mut String) -> Result<String,
     said.push_str(&report::rendered(master.sources(), master.warnings()));
     let library = Arc::new(textures::Library::default());
     let bindings = params::bindings(&args.param, master.info())?;
-    let options = Options { bindings, textures: Some(library.access()), ..options };
+    let spirv = args.emit.iter().any(|e| matches!(e, EmitArg::Spirv | EmitArg::Bitcode));
+    let options = Options { bindings, textures: Some(library.access()), spirv, ..options };
     let output = master.instance(&options).map_err(|f| failed(&f, &folders, said))?;
     // Those of the front half come first and were said.
     let later = &output.warnings[master.warnings().len().min(output.warnings.len())..];
     said.push_str(&report::rendered(&output.sources, later));
-    let artifact = output.artifact;
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).map_err(|e| files::Error { path: folder.clone(), cause: e.into() })?;
     }
     let base = base(path, args);
-    let (code, json) = (with_ending(&base, ".cl"), with_ending(&base, ".json"));
-    let text = standalone(&artifact).map_err(|e| Error::Shade(e.into()))?;
-    files::replace(&[
-        Output { path: code.clone(), bytes: text.into_bytes() },
-        Output { path: json.clone(), bytes: artifact.to_json().into_bytes() },
-    ])?;
-    Ok(format!("{}: {} {}\n", path.display(), code.display(), json.display()))
+    let mut outputs = Vec::new();
+    for kind in emit::KINDS.into_iter().filter(|k| args.emit.contains(k)) {
+        let job = emit::Job { master: &master, options: &options, artifact: &output.artifact, precision, device };
+        let files = job.write(kind).map_err(|e| match e {
+            emit::Error::Compile(failure) => failed(&failure, &folders, said),
+            emit::Error::Other(error) => error,
+        })?;
+        outputs.extend(files.into_iter().map(|(ending, bytes)| Output { path: with_ending(&base, ending), bytes }));
+    }
+    files::replace(&outputs)?;
+    let names: Vec<String> = outputs.iter().map(|o| o.path.display().to_string()).collect();
+    Ok(format!("{}: {}\n", path.display(), names.join(" ")))
 }
 
 fn failed(failure: &Failure, folders: &Folders, said: &mut String) -> Error {
@@ -134,30 +141,4 @@ fn failed(failure: &Failure, folders: &Folders, said: &mut String) -> Error {
         said.push_str(&format!("  note: {refused}\n"));
     }
     Error::Reported
-}
-
-/// The code with every header in place, and how to build it.
-fn standalone(artifact: &Artifact) -> Result<String, assemble::Error> {
-    let mut head = format!(
-        "// {} {}: function {}. The interface stands at `typedef struct ... ShadeResult` below.\n// Build options: {}, or for \
-         64-bit floats: {}\n",
-        artifact.kind,
-        artifact.name,
-        artifact.entry,
-        Precision::Standard.build_options(),
-        Precision::Reference.build_options()
-    );
-    for name in textures::macros(&artifact.textures) {
-        let _ = writeln!(head, "#define {name}");
-    }
-    for lobe in &artifact.lobes {
-        let _ = writeln!(head, "#define HAS_LOBE_{}", lobe.to_uppercase());
-    }
-    if artifact.state.derivatives {
-        head.push_str("#define HAS_DERIVATIVES\n");
-    }
-    if !artifact.sites.is_empty() {
-        head.push_str("#define HAS_MESSAGES\n");
-    }
-    assemble::assemble(&format!("{}.cl", artifact.entry), &(head + &artifact.code))
 }

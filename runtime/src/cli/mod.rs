@@ -4,11 +4,13 @@
 //! that embeds oslcl needs lies in the library, not here.
 
 pub mod args;
+mod bench;
 mod check;
 mod choices;
 mod compare;
 mod compile;
 mod devices;
+mod emit;
 mod info;
 mod params;
 mod plan;
@@ -37,6 +39,9 @@ pub enum Error {
     /// The device refuses.
     #[error(transparent)]
     Device(#[from] device::Error),
+    /// No program comes out.
+    #[error(transparent)]
+    Road(#[from] oslcl_runtime::roads::Error),
     /// A shader can't be run over a grid.
     #[error(transparent)]
     Shade(#[from] oslcl_runtime::shade::Error),
@@ -79,6 +84,7 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Shade(args) => shade::run(args),
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(args),
+        Command::Bench(command) => bench::run(command),
         Command::InstallTools(args) => tools::install(&args.folder),
     }
 }

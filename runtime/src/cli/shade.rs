@@ -1,6 +1,6 @@
 //! `oslcl shade`: runs a shader over a grid of points; prints its outputs or writes them to pictures.
 
-use super::args::{PrecisionArg, ShadeArgs};
+use super::args::{PrecisionArg, RoadArg, ShadeArgs};
 use super::sources::{self, Folders};
 use super::{Error, params, report, shade_compare, terminal};
 use oslcl_compiler::Options;
@@ -8,11 +8,21 @@ use oslcl_runtime::device::Device;
 use oslcl_runtime::files;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::precision::Precision;
+use oslcl_runtime::roads::Road;
 use oslcl_runtime::shade::{self, Grid, HostError, Kind, Message, Plane, Shaded};
 use oslcl_runtime::textures::{self, Library};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+impl From<RoadArg> for Road {
+    fn from(arg: RoadArg) -> Road {
+        match arg {
+            RoadArg::Opencl => Road::OpenClC,
+            RoadArg::Spirv => Road::Spirv,
+        }
+    }
+}
 
 impl From<PrecisionArg> for Precision {
     fn from(arg: PrecisionArg) -> Precision {
@@ -34,7 +44,8 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let search = args.textures.clone();
     let library = Arc::new(Library::new(textures::Settings { search, ..textures::Settings::default() }));
     let bindings = params::bindings(&args.param, master.info())?;
-    let options = Options { bindings, textures: Some(library.access()), ..options };
+    let spirv = Road::from(args.road) == Road::Spirv;
+    let options = Options { bindings, textures: Some(library.access()), spirv, ..options };
     let mut outputs: Vec<String> = Vec::new();
     for (name, _) in &wanted {
         if !outputs.contains(name) {

@@ -22,6 +22,13 @@ pub fn say(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
+/// Shows what is being done, in a line that the next one replaces; nothing where standard error is no terminal.
+pub fn progress(what: &str) {
+    if io::stderr().is_terminal() {
+        say(&format!("\r\x1b[K{what}"));
+    }
+}
+
 /// Whether to use colours and boxes on standard error.
 pub fn is_fancy() -> bool {
     io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())

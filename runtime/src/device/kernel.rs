@@ -1,11 +1,12 @@
 //! Programs and kernels.
 
+use super::linked::Handle;
 use super::{Buffer, Device, Error, words};
 use opencl3::error_codes::ClError;
-use opencl3::kernel::Kernel as ClKernel;
+use opencl3::kernel::{Kernel as ClKernel, create_kernel};
 use opencl3::program::Program as ClProgram;
 use opencl3::types::cl_mem;
-use std::ffi::c_void;
+use std::ffi::{CString, c_void};
 use std::ptr;
 use std::sync::Mutex;
 
@@ -14,8 +15,8 @@ const MAX_LOG: usize = 8_000;
 
 /// A built program.
 pub struct Program {
-    label: String,
-    inner: ClProgram,
+    pub(super) label: String,
+    pub(super) inner: Handle,
 }
 
 /// A kernel of a program. Arguments are set and the launch is queued under one lock.
@@ -60,20 +61,23 @@ impl Program {
             let log = inner.get_build_log(device.info.id).unwrap_or_default();
             return Err(fail(e, log));
         }
-        Ok(Program { label: label.to_string(), inner })
+        Ok(Program { label: label.to_string(), inner: Handle::Own(inner) })
     }
 
     /// The kernel with this name.
     pub fn kernel(&self, device: &Device, name: &str) -> Result<Kernel, Error> {
-        let kernel = ClKernel::create(&self.inner, name)
-            .map_err(|e| device.error(&format!("finding kernel `{name}` in program `{}`", self.label), e))?;
+        // A name with a zero byte in it is no kernel's.
+        let text = CString::new(name).unwrap_or_default();
+        let kernel = create_kernel(self.inner.get(), &text)
+            .map_err(|e| device.error(&format!("finding kernel `{name}` in program `{}`", self.label), ClError(e)))?;
+        let kernel = ClKernel::new(kernel);
         let args = kernel.num_args().map_err(|e| device.error("asking a kernel for its arguments", e))?;
         Ok(Kernel { name: name.to_string(), args, inner: Mutex::new(kernel) })
     }
 }
 
 /// The first lines of a log: the first error tells most.
-fn shorten(log: &str) -> String {
+pub(super) fn shorten(log: &str) -> String {
     let mut end = log.len().min(MAX_LOG);
     while !log.is_char_boundary(end) {
         end -= 1;

@@ -5,6 +5,7 @@
 
 mod error;
 mod kernel;
+mod linked;
 mod memory;
 
 pub use error::Error;

@@ -75,7 +75,9 @@ fn draw<'a>(
         .y_desc(error_name)
         .x_label_formatter(&|x| short(*x))
         .y_label_formatter(&|y| short(*y))
-        .light_line_style(BLACK.mix(0.05))
+        .max_light_lines(1)
+        .bold_line_style(BLACK.mix(0.1))
+        .light_line_style(TRANSPARENT)
         .draw()?;
     let mut front: Vec<(f64, f64)> =
         points.iter().filter(|p| p.on_front).map(|p| (p.time.value, p.error.value)).collect();
@@ -85,19 +87,51 @@ fn draw<'a>(
         let half = if e.within.is_finite() { e.within } else { 0.0 };
         ((e.value - half).max(within.start), (e.value + half).min(within.end))
     };
+    let mut taken = Vec::new();
     for p in points {
         let (time, error) = (p.time.value, p.error.value);
         let (left, right) = clip(&p.time, &times);
         let (low, high) = clip(&p.error, &errors);
-        let grey = BLACK.mix(0.4);
+        let grey = BLACK.mix(0.25);
         chart.draw_series([PathElement::new([(left, error), (right, error)], grey)])?;
         chart.draw_series([PathElement::new([(time, low), (time, high)], grey)])?;
         let style = if p.on_front { RED.filled() } else { BLUE.filled() };
+        let at = chart.backend_coord(&(time, error));
+        let label = free_place(at, p.name.chars().count() as i32, &mut taken);
+        let line = PathElement::new([(0, 0), (label.0 - 2, label.1 + 6)], BLACK.mix(0.15));
         chart.draw_series([EmptyElement::at((time, error))
+            + line
             + Circle::new((0, 0), 4, style)
-            + Text::new(p.name.clone(), (7, -6), ("sans-serif", 13))])?;
+            + Text::new(p.name.clone(), label, ("sans-serif", FONT))])?;
     }
     Ok(())
+}
+
+/// Size of labels in pixels, and what a letter takes of them at most.
+const FONT: i32 = 13;
+const LETTER: i32 = 8;
+
+/// Where a label beside a point overlaps no other: as near as can be, above or below. Offset from the point.
+fn free_place(point: (i32, i32), letters: i32, taken: &mut Vec<[i32; 4]>) -> (i32, i32) {
+    let width = letters * LETTER;
+    let right = if point.0 + 10 + width > SIZE.0 as i32 { -10 - width } else { 10 };
+    let place = |step: i32| {
+        // 0, 1, -1, 2, -2 ... lines away.
+        let lines = if step % 2 == 0 { -step / 2 } else { step / 2 + 1 };
+        (right, lines * FONT - FONT / 2)
+    };
+    let shape = |(dx, dy): (i32, i32)| {
+        let (x, y) = (point.0 + dx, point.1 + dy);
+        [x, y, x + width, y + FONT]
+    };
+    let free = |b: &[i32; 4]| {
+        b[1] > 0
+            && b[3] < SIZE.1 as i32
+            && !taken.iter().any(|t| b[0] < t[2] && t[0] < b[2] && b[1] < t[3] && t[1] < b[3])
+    };
+    let offset = (0..80).map(place).find(|offset| free(&shape(*offset))).unwrap_or((right, -FONT / 2));
+    taken.push(shape(offset));
+    offset
 }
 
 /// A number for an axis.

@@ -103,8 +103,8 @@ pub fn measure(runs: &[Run], reference: &Picture, reference_variance: f64) -> Op
             let own = if runs.len() > 1 { weight * around / (n - 1.0) } else { 0.0 };
             variance += own;
             offset += weight * (mean - wanted).powi(2);
-            // The square of a normal number of variance s has the standard deviation sqrt(2) s.
-            noise += 2.0 * (own / n).powi(2);
+            // The square of a normal number of variance s has the standard deviation sqrt(2) s; channels go together.
+            noise += 3.0 * 2.0 * (own / n + reference_variance).powi(2);
         }
     }
     errors.iter_mut().for_each(|e| *e = *e / numbers - reference_variance);
@@ -117,7 +117,7 @@ pub fn measure(runs: &[Run], reference: &Picture, reference_variance: f64) -> Op
         flip: estimate(&flips),
         variance,
         squared_bias: offset / numbers - variance / n - reference_variance,
-        bias_noise: noise.sqrt() / numbers + reference_variance,
+        bias_noise: noise.sqrt() / numbers,
     })
 }
 

@@ -49,10 +49,12 @@ effects! {
     Environment: "environment", "light from outside the scene";
     VaryingEnvironment: "varying_environment", "environment that differs by direction: paths ask the shader";
     EnvironmentSampling: "environment_sampling", "environment sampled directly, by a map of its radiance";
+    SharedCubes: "shared_cubes", "random numbers as testrender takes them";
     Roulette: "roulette", "Russian roulette";
     Instances: "instances", "meshes that are placed more than once: a second level of the tree";
     Displacement: "displacement", "vertices moved by shaders before anything is built";
     Normals: "normals", "interpolated shading normals";
+    TrustedNormals: "trusted_normals", "directions may lie below the surface that shading normals are for";
     Uvs: "uvs", "texture coordinates";
     Tangents: "tangents", "dPdu and dPdv";
     Derivatives: "derivatives", "footprints of pixels: Dx(), filterwidth(), filtered textures";
@@ -220,6 +222,9 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], choices: &Ch
     if scene.camera.lens_radius > 0.0 {
         ask(ThinLens, Asker::setting("camera", format!("lens_radius = {}", scene.camera.lens_radius)));
     }
+    if scene.conventions.shared_cubes {
+        ask(SharedCubes, Asker::setting("conventions", "shared_cubes"));
+    }
     match scene.filter {
         Filter::Box => {}
         Filter::Tent => ask(TentFilter, Asker::setting("film", "filter = tent")),
@@ -254,6 +259,9 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             ask(Normals, Asker::mesh(&mesh.name, "has normals"));
         }
     }
+    if scene.conventions.trusted_normals && !scene.instances.is_empty() {
+        ask(TrustedNormals, Asker::setting("conventions", "trusted_normals"));
+    }
     if !scene.instances.is_empty() {
         let first = &scene.meshes[scene.instances[0].mesh.0 as usize].name;
         let how = format!("one of {} placed meshes", scene.instances.len());
@@ -282,6 +290,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
             ask(TwoSidedEmission, who.clone());
         }
         match artifact.emission {
+            _ if !scene.materials[index].sampled_light => {}
             Radiance::None => {}
             Radiance::Constant(_) => ask(Lights, who.clone()),
             Radiance::Varying => {

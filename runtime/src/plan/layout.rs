@@ -75,6 +75,8 @@ const REALS: &[Field] = &[
     field("cone_spread", 1, &[Derivatives]),
     field("light_u", 1, &[VaryingLights]),
     field("light_v", 1, &[VaryingLights]),
+    field("rest", 1, &[SharedCubes]),
+    field("survive", 1, &[SharedCubes]),
 ];
 
 /// Fields of unsigned ints.

@@ -50,14 +50,14 @@ impl Plan {
         let on: BTreeSet<Effect> = decisions.iter().filter(|d| d.is_on()).map(|d| d.effect).collect();
         let surface_materials = surface_materials(scene);
         let asks = on.contains(&Effect::VaryingLights);
-        let varies = |m: &MaterialId| asks && emission_of(materials, *m) == Radiance::Varying;
+        let varies = |m: &MaterialId| asks && sampled(scene, materials, *m) == Radiance::Varying;
         let varying: Vec<MaterialId> = surface_materials.iter().copied().filter(varies).collect();
         let has_lights = on.contains(&Effect::Lights);
         let layout = Layout::new(on, surface_materials.len() as u32, varying.len() as u32);
         let uses = (0..materials.len() as u32)
             .map(MaterialId)
             .map(|m| MaterialUse {
-                emission: match emission_of(materials, m) {
+                emission: match sampled(scene, materials, m) {
                     _ if !has_lights => Emission::None,
                     Radiance::None => Emission::None,
                     Radiance::Varying if !asks => Emission::None,
@@ -142,8 +142,11 @@ fn place(list: &[MaterialId], material: MaterialId) -> u32 {
     list.iter().position(|m| *m == material).unwrap_or(0) as u32
 }
 
-fn emission_of(materials: &[Option<Artifact>], material: MaterialId) -> Radiance {
-    materials[material.0 as usize].as_ref().map_or(Radiance::None, |code| code.emission)
+/// The emission that rays are sent to.
+fn sampled(scene: &Scene, materials: &[Option<Artifact>], material: MaterialId) -> Radiance {
+    let index = material.0 as usize;
+    let code = materials[index].as_ref().filter(|_| scene.materials[index].sampled_light);
+    code.map_or(Radiance::None, |code| code.emission)
 }
 
 /// Materials that some surface has, each once.

@@ -90,7 +90,8 @@ pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>
         if code.emission != Radiance::None {
             macros.push("MATERIAL_EMITS".to_owned());
         }
-        if code.emission == Radiance::Varying && plan.has(Effect::VaryingLights) {
+        let is_sampled = scene.materials[id.0 as usize].sampled_light;
+        if code.emission == Radiance::Varying && is_sampled && plan.has(Effect::VaryingLights) {
             stages.extend([Stage::ShadeLight, Stage::LightPower]);
         }
         out.push(of_material(plan, scene, materials, id, stages, macros));
@@ -163,7 +164,7 @@ fn of_material(
         label,
         stages,
         macros,
-        code: code.code.clone()
+        code: preamble::code(code).to_owned()
             + &vertex_data::code(code, materials, &|slot| {
                 plan.has(if vertex_data::is_attribute(slot) { Effect::Attributes } else { Effect::Userdata })
             }),

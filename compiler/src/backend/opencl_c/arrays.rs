@@ -3,8 +3,8 @@
 //! A table lies flat (3 reals per triple, 16 per matrix), so that a compiler reads plain numbers, in linear time.
 
 use super::literal;
-use super::names::ctype;
 use super::writer::{MAX_PRIVATE_TABLE, Writer, table_element};
+use crate::backend::names::ctype;
 use crate::ir::{Const, LocalId, Ty};
 
 /// Numbers per line of a table.

@@ -1,14 +1,14 @@
 //! The two kinds of functions: a material that offers its lobes, and a grid that stores outputs.
 
+use super::Code;
 use super::lobes;
-use super::names;
 use super::writer::Writer;
-use super::{Code, Output};
-use crate::builtins::{self, ClosureRole};
+use crate::backend::entry::{Output, Source, outputs, role};
+use crate::backend::names;
+use crate::builtins::ClosureRole;
 use crate::diag::Diagnostic;
-use crate::ir::{Global, LobeSlot, LocalId, LocalKind, Shader, Ty};
+use crate::ir::{LobeSlot, LocalId, Shader, Ty};
 use crate::source::SourceMap;
-use crate::types::{Extent, Type};
 
 /// Stands for the function's name until its text is known.
 const ENTRY: &str = "@";
@@ -53,10 +53,6 @@ pub(super) fn material(shader: &Shader, lines: Option<&SourceMap>) -> Result<Cod
     finish(w, "material", "real pick, ShadeResult *out", Vec::new())
 }
 
-fn role(slot: &LobeSlot) -> ClosureRole {
-    builtins::closure(slot.closure).role
-}
-
 /// Offers a lobe, or takes the only one.
 fn lobe(w: &mut Writer, slot: &LobeSlot, weight: &str, only: bool) {
     let call = lobes::of_slot(w, slot);
@@ -71,25 +67,6 @@ fn lobe(w: &mut Writer, slot: &LobeSlot, weight: &str, only: bool) {
     }
     w.close();
     w.put(None, "}");
-}
-
-/// The outputs with these names, one behind the other.
-pub(super) fn outputs(shader: &Shader, names: &[String]) -> Result<Vec<(Source, Output)>, Vec<Diagnostic>> {
-    let mut errors = Vec::new();
-    let mut outputs: Vec<(Source, Output)> = Vec::new();
-    let mut offset = 0;
-    for name in names {
-        let (source, ty, reals) = match output(shader, name) {
-            Ok(found) => found,
-            Err(d) => {
-                errors.push(d);
-                continue;
-            }
-        };
-        outputs.push((source, Output { name: name.clone(), ty, offset, reals }));
-        offset += reals;
-    }
-    if errors.is_empty() { Ok(outputs) } else { Err(errors) }
 }
 
 /// Writes a grid function.
@@ -120,54 +97,6 @@ pub(super) fn grid(shader: &Shader, names: &[String], lines: Option<&SourceMap>)
     }
     let list = outputs.into_iter().map(|(_, o)| o).collect();
     finish(w, "grid", "real *outputs", list)
-}
-
-/// Where an output's value comes from.
-pub(super) enum Source {
-    /// A parameter, or a global that the shader writes.
-    Local(LocalId),
-    /// A global that the shader leaves alone.
-    Field(Global),
-    /// The sum of all weights.
-    Ci,
-}
-
-/// Source, type and size of an output: a parameter, `Ci`, or what a displacement shader moves, `P` and `N`.
-fn output(shader: &Shader, name: &str) -> Result<(Source, String, u32), Diagnostic> {
-    if name == "Ci" {
-        return Ok((Source::Ci, "color".to_owned(), 3));
-    }
-    if let Some(global) = [Global::P, Global::N].into_iter().find(|g| g.name() == name) {
-        let local = shader.locals.iter().position(|l| l.kind == LocalKind::Global(global));
-        let source = local.map_or(Source::Field(global), |i| Source::Local(LocalId(i as u32)));
-        return Ok((source, if global == Global::P { "point" } else { "normal" }.to_owned(), 3));
-    }
-    let Some(param) = shader.params.iter().find(|p| p.output && p.name == name) else {
-        let d = Diagnostic::global("E4203", format!("shader `{}` has no output parameter `{name}`", shader.name));
-        let all: Vec<&str> = shader.params.iter().filter(|p| p.output).map(|p| p.name.as_str()).take(12).collect();
-        return Err(match all.as_slice() {
-            [] => d.help("it has none; `Ci` is always there"),
-            all => d.help(format!("its outputs: {}", all.join(", "))),
-        });
-    };
-    let local = &shader.locals[param.local.0 as usize];
-    let width = match local.ty {
-        Ty::Int | Ty::Float => 1,
-        Ty::Triple => 3,
-        Ty::Matrix => 16,
-        Ty::Str | Ty::Closure => {
-            let message = format!("output parameter `{name}` is no number");
-            return Err(
-                Diagnostic::error("E4204", param.span, message).help("ask for numbers, triples, matrices or `Ci`")
-            );
-        }
-    };
-    let Type { base, extent } = param.declared;
-    let length = match (extent, local.len) {
-        (Extent::Scalar, None) => String::new(),
-        (_, len) => format!("[{}]", len.unwrap_or(0)),
-    };
-    Ok((Source::Local(param.local), format!("{}{length}", base.keyword()), width * local.len.unwrap_or(1)))
 }
 
 /// Stores an output parameter from `outputs[offset]` on.

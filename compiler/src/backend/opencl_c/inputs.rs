@@ -1,18 +1,13 @@
 //! Reads of what the renderer supplies beside the globals: slots behind `sg->userdata` and `sg->interactive`.
 
-use super::names::ctype;
 use super::writer::{Expr, Prec, Writer};
-use crate::ir::{LocalId, Source, Ty, slots_of};
+use crate::backend::names::ctype;
+use crate::backend::slots;
+use crate::ir::{LocalId, Ty, slots_of};
 
 impl Writer<'_> {
-    /// Where an input lies: the text of a pointer to its first slot, and the address space.
     fn slot(&self, input: u32) -> (String, &'static str) {
-        let first = self.inputs.first.get(input as usize).copied().flatten().unwrap_or(0);
-        let source = self.shader.inputs.get(input as usize).map(|i| i.source);
-        match source {
-            Some(Source::Interactive | Source::HasInteractive) => (format!("sg->interactive + {first}"), "__global "),
-            _ => (format!("sg->userdata + {first}"), ""),
-        }
+        slots::pointer(self.shader, &self.inputs, input)
     }
 
     /// The value of a single input.
@@ -24,15 +19,9 @@ impl Writer<'_> {
     }
 
     fn read_slot(&mut self, pointer: &str, space: &str, ty: Ty) -> String {
-        match ty {
-            Ty::Float => format!("*({pointer})"),
-            Ty::Triple => format!("vload3(0, {pointer})"),
-            Ty::Matrix => {
-                let loader = if space.is_empty() { "op_load_slots_m" } else { "op_load_global_m" };
-                format!("{}({pointer})", self.op(loader))
-            }
-            _ => format!("*({space}const int *)({pointer})"),
-        }
+        let (text, helper) = slots::read(pointer, space, ty);
+        helper.map(|h| self.op(h));
+        text
     }
 
     /// Declares an array of inputs and fills it, at the top of the function.

@@ -2,9 +2,9 @@
 //!
 //! In: an instruction. Out: an [`Expr`], its operands inlined or named by the [`Writer`].
 
-use super::headers;
-use super::names;
 use super::writer::{Expr, Prec, Writer};
+use crate::backend::headers;
+use crate::backend::names;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, Ty, UnaryOp, ValueId};

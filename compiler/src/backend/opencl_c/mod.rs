@@ -23,48 +23,21 @@
 //! Codes: `E4201` two strings with one id, `E4202` control flow nested too deeply, `E4203` no such output parameter, `E4204`
 //! an output that is no number, `E4299` IR that the passes should have refused.
 
-mod analysis;
 mod arrays;
 mod entry;
-mod headers;
 mod inputs;
 mod inst;
 mod literal;
-pub(crate) mod lobes;
-mod names;
+mod lobes;
 mod records;
 mod stmt;
 mod writer;
 
+use super::{Entry, Output};
 use crate::diag::Diagnostic;
 use crate::ir::Shader;
 use crate::messages::Site;
 use crate::source::SourceMap;
-use serde::Serialize;
-
-/// Which function to write.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Entry {
-    /// `void ENTRY(const ShaderGlobals *sg, real pick, ShadeResult *out)`, as kernels/lobe.h describes it.
-    Material,
-    /// `void ENTRY(const ShaderGlobals *sg, real *outputs)`: stores these output parameters (or `Ci`, the sum of all lobes'
-    /// weights) one behind the other as reals.
-    Grid(Vec<String>),
-}
-
-/// One requested output of a grid function.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Output {
-    /// Flattened name of the parameter, or `Ci`.
-    pub name: String,
-    /// Its type in OSL's words, such as `color` or `float[4]`.
-    #[serde(rename = "type")]
-    pub ty: String,
-    /// Index of its first real.
-    pub offset: u32,
-    /// How many reals.
-    pub reals: u32,
-}
 
 /// What [`emit`] writes.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,11 +54,6 @@ pub struct Code {
     pub sites: Vec<Site>,
     /// The texts of the strings that the text holds, sorted.
     pub strings: Vec<String>,
-}
-
-/// The outputs of a grid function with these names, as it stores them.
-pub fn outputs(shader: &Shader, names: &[String]) -> Result<Vec<Output>, Vec<Diagnostic>> {
-    Ok(entry::outputs(shader, names)?.into_iter().map(|(_, output)| output).collect())
 }
 
 /// Writes a shader. With `lines`, `#line` directives lead from the text back to the OSL source.

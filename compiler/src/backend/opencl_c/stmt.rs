@@ -3,8 +3,8 @@
 //! Loops become `while`, `for` or `do` where the IR's shape allows it, else `for (;;)` with a test. A `continue` that has to
 //! reach what follows the body leaves a `do {} while (0)` around the body.
 
-use super::names::ctype;
 use super::writer::{LoopForm, Writer};
+use crate::backend::names::ctype;
 use crate::builtins;
 use crate::ir::{Block, Const, Inst, LocalId, LocalKind, Loop, Stmt, Ty, ValueId};
 use crate::source::Span;

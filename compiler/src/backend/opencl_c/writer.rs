@@ -3,10 +3,10 @@
 //! A value that is used once, in the block that computes it, becomes part of the expression that uses it, unless a store
 //! to something it reads stands between; the others become `const` variables.
 
-use super::analysis::{Analysis, BlockNumber, LocalUse, ROOT};
-use super::headers;
 use super::literal;
-use super::names;
+use crate::backend::analysis::{Analysis, BlockNumber, LocalUse, ROOT};
+use crate::backend::headers;
+use crate::backend::names;
 use crate::backend::string_id;
 use crate::diag::Diagnostic;
 use crate::ir::{Const, InputLayout, Inst, LocalId, LocalKind, Shader, Ty, ValueId};

@@ -1,7 +1,7 @@
 //! Which kernel header holds which function. Only headers in use are included: what is not included costs no build time.
 
 /// The header of an operator's helper.
-pub(super) fn of_op(name: &str) -> &'static str {
+pub(in crate::backend) fn of_op(name: &str) -> &'static str {
     let of_matrix = name.ends_with("_m") || name == "op_matrix_f";
     if of_matrix { "osl/matrix.h" } else { "osl/ops.h" }
 }
@@ -10,7 +10,7 @@ pub(super) fn of_op(name: &str) -> &'static str {
 const TEXTURES: [&str; 3] = ["texture", "texture3d", "environment"];
 
 /// The header of a built-in's kernel function, by the name of its row.
-pub(super) fn of_function(name: &str) -> &'static str {
+pub(in crate::backend) fn of_function(name: &str) -> &'static str {
     if let Some(kind) = name.strip_prefix("noise_").or_else(|| name.strip_prefix("pnoise_")) {
         return match kind {
             "perlin_slopes" | "perlin_slopes_triple" => "osl/noise_perlin_slopes.h",

@@ -10,13 +10,13 @@ use std::collections::{HashMap, HashSet};
 const MAX_NAME: usize = 48;
 
 /// A name with only letters, digits and underscores.
-pub(super) fn sanitise(name: &str) -> String {
+pub(in crate::backend) fn sanitise(name: &str) -> String {
     let safe = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     name.chars().take(MAX_NAME).map(safe).collect()
 }
 
 /// One unique name per local of the shader.
-pub(super) fn of_locals(shader: &Shader) -> Vec<String> {
+pub(in crate::backend) fn of_locals(shader: &Shader) -> Vec<String> {
     let mut taken: HashSet<String> = HashSet::new();
     let mut counts: HashMap<String, u32> = HashMap::new();
     let mut name = |local: &crate::ir::Local| {
@@ -40,7 +40,7 @@ pub(super) fn of_locals(shader: &Shader) -> Vec<String> {
 }
 
 /// The C type of a single value.
-pub(super) fn ctype(ty: Ty) -> &'static str {
+pub(in crate::backend) fn ctype(ty: Ty) -> &'static str {
     match ty {
         Ty::Int | Ty::Str => "int",
         Ty::Float => "real",
@@ -51,13 +51,13 @@ pub(super) fn ctype(ty: Ty) -> &'static str {
 }
 
 /// `osl_NAME_RET_ARGS`, the kernel function of a built-in (see [`crate::builtins`]); without arguments `osl_NAME_RET_`.
-pub(super) fn kernel_function(name: &str, result: Option<Ty>, codes: &str) -> String {
+pub(in crate::backend) fn kernel_function(name: &str, result: Option<Ty>, codes: &str) -> String {
     let result = result.map_or('n', Ty::code);
     format!("osl_{name}_{result}_{codes}")
 }
 
 /// `closure_NAME_CODES`, the constructor of a lobe; without arguments `closure_NAME`. `args` as in the table of closures.
-pub(super) fn lobe_constructor(name: &str, args: &str) -> String {
+pub(in crate::backend) fn lobe_constructor(name: &str, args: &str) -> String {
     let code = |arg: &str| match arg.trim() {
         "int" => 'i',
         "float" => 'f',
@@ -71,7 +71,7 @@ pub(super) fn lobe_constructor(name: &str, args: &str) -> String {
 }
 
 /// The name of a program-scope function: readable, and different for different text (64-bit FNV-1a).
-pub(super) fn entry(prefix: &str, shader: &str, text: &str) -> String {
+pub(in crate::backend) fn entry(prefix: &str, shader: &str, text: &str) -> String {
     let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
     format!("{prefix}_{}_{hash:016x}", sanitise(shader))
 }

@@ -7,14 +7,14 @@ use std::collections::{HashMap, HashSet};
 
 /// A block, by order of the walk. The parameters' inits and the body share [`ROOT`]: they share a C scope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct BlockNumber(u32);
+pub(in crate::backend) struct BlockNumber(u32);
 
 /// The scope of the function itself.
-pub(super) const ROOT: BlockNumber = BlockNumber(0);
+pub(in crate::backend) const ROOT: BlockNumber = BlockNumber(0);
 
 /// What happens to a local.
 #[derive(Clone, Debug, Default)]
-pub(super) struct LocalUse {
+pub(in crate::backend) struct LocalUse {
     /// Anything at all.
     pub touched: bool,
     /// The block whose first access to it is a write that later accesses all lie behind: declared there.
@@ -32,7 +32,7 @@ pub(super) struct LocalUse {
 }
 
 /// The result.
-pub(super) struct Analysis<'a> {
+pub(in crate::backend) struct Analysis<'a> {
     shader: &'a Shader,
     /// How often each value is used.
     uses: Vec<u32>,
@@ -50,7 +50,7 @@ pub(super) struct Analysis<'a> {
 }
 
 impl<'a> Analysis<'a> {
-    pub(super) fn of(shader: &'a Shader, results: &[LocalId]) -> Analysis<'a> {
+    pub(in crate::backend) fn of(shader: &'a Shader, results: &[LocalId]) -> Analysis<'a> {
         let arrays = shader.locals.iter().map(|l| LocalUse {
             collecting: l.len.is_some() && !matches!(l.kind, LocalKind::Global(_) | LocalKind::Input(_)),
             ..LocalUse::default()
@@ -84,28 +84,28 @@ impl<'a> Analysis<'a> {
     }
 
     /// The scope of a block that the walk met; [`ROOT`] for inits and the body.
-    pub(super) fn number(&self, block: &Block) -> BlockNumber {
+    pub(in crate::backend) fn number(&self, block: &Block) -> BlockNumber {
         self.numbers.get(&std::ptr::from_ref(block)).copied().unwrap_or(ROOT)
     }
 
     /// Whether a statement has become part of an array's initialiser.
-    pub(super) fn is_absorbed(&self, stmt: &Stmt) -> bool {
+    pub(in crate::backend) fn is_absorbed(&self, stmt: &Stmt) -> bool {
         self.absorbed.contains(&std::ptr::from_ref(stmt))
     }
 
     /// Never used: need not be written.
-    pub(super) fn is_dead(&self, v: ValueId) -> bool {
+    pub(in crate::backend) fn is_dead(&self, v: ValueId) -> bool {
         self.uses[v.0 as usize] == 0
     }
 
     /// Used once, in the block that computes it: may stand where it is used.
-    pub(super) fn is_single(&self, v: ValueId) -> bool {
+    pub(in crate::backend) fn is_single(&self, v: ValueId) -> bool {
         let i = v.0 as usize;
         self.uses[i] == 1 && self.defined[i] == self.used[i]
     }
 
     /// Whether every load of a single local gives the same value, so that its name may stand for the load.
-    pub(super) fn is_fixed(&self, l: LocalId) -> bool {
+    pub(in crate::backend) fn is_fixed(&self, l: LocalId) -> bool {
         let u = &self.locals[l.0 as usize];
         match self.shader.locals[l.0 as usize].kind {
             LocalKind::Global(_) | LocalKind::Input(_) => u.writes == 0,

@@ -1,0 +1,13 @@
+//! `oslcl bench`: reports that anyone can make again, one file a subject.
+
+mod accuracy;
+
+use super::Error;
+use super::args::BenchCommand;
+
+/// Makes the report asked for.
+pub fn run(command: &BenchCommand) -> Result<(), Error> {
+    match command {
+        BenchCommand::Accuracy(args) => accuracy::run(args),
+    }
+}
