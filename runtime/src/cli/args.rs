@@ -54,6 +54,28 @@ pub enum Command {
 pub enum BenchCommand {
     /// What each choice between accuracy and time costs and buys on a scene: a table, CSV and plots.
     Accuracy(AccuracyArgs),
+    /// What it saves to simulate only what a scene calls for: ten scenes, as planned and with every effect on.
+    Effects(EffectsArgs),
+}
+
+/// Arguments of `oslcl bench effects`.
+#[derive(Debug, Args)]
+pub struct EffectsArgs {
+    /// The page.
+    #[arg(short, long, value_name = "FILE", default_value = "effects.md")]
+    pub output: PathBuf,
+    /// Timed renders of each scene, both ways in turn.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub spp: u32,
+    /// Size of the picture in pixels [default: 256x256].
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
 }
 
 /// Arguments of `oslcl bench accuracy`.
