@@ -67,17 +67,13 @@ typedef struct {
     real3 emission;   // radiance towards the viewer, W / (m^2 sr) per channel, whichever side that is on: see emitted
     real3 background; // radiance of the environment in direction I
     real3 holdout;    // weight of holdout, 0..1 per channel
+#ifdef HAS_SHARED_CUBES
+    real rest;        // what the choice of the lobe left of `pick`, uniform in [0,1); set to `pick` by the caller
+#endif
 } ShadeResult;
 
-// What of it is seen: surfaces emit on their front side, or on both.
-static inline real3 emitted(const ShadeResult *r, int backfacing)
-{
-#ifdef HAS_TWO_SIDED_EMISSION
-    return r->emission;
-#else
-    return backfacing ? (real3)(0) : r->emission;
-#endif
-}
+// What of it is seen from a side that does not emit, or from one that does.
+static inline real3 emitted(const ShadeResult *r, int dark_side) { return dark_side ? (real3)(0) : r->emission; }
 
 // Running state of the weighted choice among the offered lobes.
 typedef struct {

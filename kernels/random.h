@@ -26,23 +26,7 @@ static inline uint4 random_bits(uint pixel, uint sample, uint block, uint seed)
     return v;
 }
 
-#ifdef SAMPLER_SOBOL
-// Sobol's sequence in four dimensions, by bits of the index; dimension 0 is the reversed index. Direction numbers of Joe and
-// Kuo, SIAM J. Sci. Comput. 30, 2008.
-__constant uint SOBOL[3][32] = {
-    {0x80000000u, 0xc0000000u, 0xa0000000u, 0xf0000000u, 0x88000000u, 0xcc000000u, 0xaa000000u, 0xff000000u,
-     0x80800000u, 0xc0c00000u, 0xa0a00000u, 0xf0f00000u, 0x88880000u, 0xcccc0000u, 0xaaaa0000u, 0xffff0000u,
-     0x80008000u, 0xc000c000u, 0xa000a000u, 0xf000f000u, 0x88008800u, 0xcc00cc00u, 0xaa00aa00u, 0xff00ff00u,
-     0x80808080u, 0xc0c0c0c0u, 0xa0a0a0a0u, 0xf0f0f0f0u, 0x88888888u, 0xccccccccu, 0xaaaaaaaau, 0xffffffffu},
-    {0x80000000u, 0xc0000000u, 0x60000000u, 0x90000000u, 0xe8000000u, 0x5c000000u, 0x8e000000u, 0xc5000000u,
-     0x68800000u, 0x9cc00000u, 0xee600000u, 0x55900000u, 0x80680000u, 0xc09c0000u, 0x60ee0000u, 0x90550000u,
-     0xe8808000u, 0x5cc0c000u, 0x8e606000u, 0xc5909000u, 0x6868e800u, 0x9c9c5c00u, 0xeeee8e00u, 0x5555c500u,
-     0x8000e880u, 0xc0005cc0u, 0x60008e60u, 0x9000c590u, 0xe8006868u, 0x5c009c9cu, 0x8e00eeeeu, 0xc5005555u},
-    {0x80000000u, 0xc0000000u, 0x20000000u, 0x50000000u, 0xf8000000u, 0x74000000u, 0xa2000000u, 0x93000000u,
-     0xd8800000u, 0x25400000u, 0x59e00000u, 0xe6d00000u, 0x78080000u, 0xb40c0000u, 0x82020000u, 0xc3050000u,
-     0x208f8000u, 0x51474000u, 0xfbea2000u, 0x75d93000u, 0xa0858800u, 0x914e5400u, 0xdbe79e00u, 0x25db6d00u,
-     0x58800080u, 0xe54000c0u, 0x79e00020u, 0xb6d00050u, 0x800800f8u, 0xc00c0074u, 0x200200a2u, 0x50050093u}};
-
+#if defined(SAMPLER_SOBOL) || defined(HAS_SHARED_CUBES)
 static inline uint reverse_bits(uint x)
 {
     x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
@@ -62,6 +46,24 @@ static inline uint4 scramble_reversed(uint4 x, uint4 seed)
     x ^= x * 0x53a22864u;
     return x;
 }
+#endif
+
+#ifdef SAMPLER_SOBOL
+// Sobol's sequence in four dimensions, by bits of the index; dimension 0 is the reversed index. Direction numbers of Joe and
+// Kuo, SIAM J. Sci. Comput. 30, 2008.
+__constant uint SOBOL[3][32] = {
+    {0x80000000u, 0xc0000000u, 0xa0000000u, 0xf0000000u, 0x88000000u, 0xcc000000u, 0xaa000000u, 0xff000000u,
+     0x80800000u, 0xc0c00000u, 0xa0a00000u, 0xf0f00000u, 0x88880000u, 0xcccc0000u, 0xaaaa0000u, 0xffff0000u,
+     0x80008000u, 0xc000c000u, 0xa000a000u, 0xf000f000u, 0x88008800u, 0xcc00cc00u, 0xaa00aa00u, 0xff00ff00u,
+     0x80808080u, 0xc0c0c0c0u, 0xa0a0a0a0u, 0xf0f0f0f0u, 0x88888888u, 0xccccccccu, 0xaaaaaaaau, 0xffffffffu},
+    {0x80000000u, 0xc0000000u, 0x60000000u, 0x90000000u, 0xe8000000u, 0x5c000000u, 0x8e000000u, 0xc5000000u,
+     0x68800000u, 0x9cc00000u, 0xee600000u, 0x55900000u, 0x80680000u, 0xc09c0000u, 0x60ee0000u, 0x90550000u,
+     0xe8808000u, 0x5cc0c000u, 0x8e606000u, 0xc5909000u, 0x6868e800u, 0x9c9c5c00u, 0xeeee8e00u, 0x5555c500u,
+     0x8000e880u, 0xc0005cc0u, 0x60008e60u, 0x9000c590u, 0xe8006868u, 0x5c009c9cu, 0x8e00eeeeu, 0xc5005555u},
+    {0x80000000u, 0xc0000000u, 0x20000000u, 0x50000000u, 0xf8000000u, 0x74000000u, 0xa2000000u, 0x93000000u,
+     0xd8800000u, 0x25400000u, 0x59e00000u, 0xe6d00000u, 0x78080000u, 0xb40c0000u, 0x82020000u, 0xc3050000u,
+     0x208f8000u, 0x51474000u, 0xfbea2000u, 0x75d93000u, 0xa0858800u, 0x914e5400u, 0xdbe79e00u, 0x25db6d00u,
+     0x58800080u, 0xe54000c0u, 0x79e00020u, 0xb6d00050u, 0x800800f8u, 0xc00c0074u, 0x200200a2u, 0x50050093u}};
 
 // A block is four dimensions of its own, scrambled and put in its own order by the pixel: Burley, "Practical Hash-based Owen
 // Scrambling", JCGT 9(4), 2020.
@@ -91,11 +93,17 @@ static inline uint4 sample_bits(uint pixel, uint sample, uint block, uint seed)
 }
 #endif
 
-// Uniform in [0,1): 24 bits in both precisions, so that f64 runs on the same numbers as f32 and 1 is never reached.
+// Uniform in [0,1): 24 bits in both precisions, so that f64 runs on the same numbers as f32 and 1 is never reached. The low 8 bits of
+// each word are left for others.
+static inline real4 random_reals(uint4 bits)
+{
+    uint4 v = bits >> 8;
+    return (real4)((real)v.x, (real)v.y, (real)v.z, (real)v.w) * (real)5.9604644775390625e-8;
+}
+
 static inline real4 random4(uint pixel, uint sample, uint block, uint seed)
 {
-    uint4 v = sample_bits(pixel, sample, block, seed) >> 8;
-    return (real4)((real)v.x, (real)v.y, (real)v.z, (real)v.w) * (real)5.9604644775390625e-8;
+    return random_reals(sample_bits(pixel, sample, block, seed));
 }
 
 #endif

@@ -23,20 +23,31 @@ static inline Lobe closure_subsurface_bssrdf_vvf(real3 N, real3 radius, real ani
 
 static inline Lobe closure_subsurface_ffv(real3 N, real eta, real g, real3 mfp) { return closure_diffuse_v(N); }
 
-static inline real diffuse_albedo(const Lobe *l, real3 wo) { return dot(l->N, wo) > 0 ? 1 : 0; }
+// Whether it is seen from its side; normals that are trusted leave that to the surface.
+static inline int diffuse_is_seen(const Lobe *l, real3 wo)
+{
+#ifdef HAS_TRUSTED_NORMALS
+    return 1;
+#else
+    return dot(l->N, wo) > 0;
+#endif
+}
+
+static inline real diffuse_albedo(const Lobe *l, real3 wo) { return diffuse_is_seen(l, wo) ? 1 : 0; }
 
 static inline real3 diffuse_eval(const Lobe *l, real3 wo, real3 wi, real *pdf)
 {
     real ci = dot(l->N, wi);
-    *pdf = dot(l->N, wo) > 0 && ci > 0 ? ci * (real)INV_PI : 0;
+    *pdf = diffuse_is_seen(l, wo) && ci > 0 ? ci * (real)INV_PI : 0;
     return (real3)(*pdf);
 }
 
 static inline int diffuse_sample(const Lobe *l, real3 wo, real3 u, real3 *wi, real3 *value, real *pdf)
 {
-    if (!(dot(l->N, wo) > 0)) return 0;
+    if (!diffuse_is_seen(l, wo)) return 0;
     Frame frame = frame_from_normal(l->N);
-    real3 local_wi = sample_cosine(u.x, u.y);
+    // The disk's axes in the order of the reference's renderer: with its random numbers, the same directions.
+    real3 local_wi = sample_cosine(u.x, u.y).yxz;
     if (!(local_wi.z > 0)) return 0;
     *wi = to_world(&frame, local_wi);
     *value = (real3)(1);

@@ -46,7 +46,7 @@ static inline int phong_sample(const Lobe *l, real3 wo, real3 u, real3 *wi, real
     real s, c;
     m_sincos((real)(2 * PI) * u.x, &s, &c);
     // 1 - cos of the angle to the mirror direction; cos^(n + 1) is uniform.
-    real d = one_minus_exp(-m_log(1 - u.y) / (n + 1));
+    real d = one_minus_exp(-m_log(fmax(u.y, (real)2.9802322387695312e-8)) / (n + 1));
     real sin_r = safe_sqrt(d * (2 - d));
     Frame frame = frame_from_normal(reflect_direction(wo, l->N));
     *wi = to_world(&frame, (real3)(sin_r * c, sin_r * s, 1 - d));

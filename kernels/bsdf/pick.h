@@ -22,6 +22,10 @@ static inline int lobe_counts(real3 weight)
 static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *lobe, real3 weight, real3 wo)
 {
     if (!lobe_counts(weight)) return;
+#ifdef WITHOUT_LOBES
+    // A bit per type that the scene is rendered without.
+    if ((WITHOUT_LOBES >> lobe->type) & 1u) return;
+#endif
     real importance = max_component(fabs(weight)) * bsdf_albedo(lobe, wo);
     real total = choice->total + importance;
     if (!is_finite_positive(importance) || !(total <= REAL_MAX)) return;
@@ -42,6 +46,9 @@ static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *
 static inline void lobe_finish(ShadeResult *out, const LobeChoice *choice)
 {
     if (choice->chosen > 0) out->lobe.weight *= choice->total / choice->chosen;
+#ifdef HAS_SHARED_CUBES
+    out->rest = choice->u;
+#endif
 }
 
 #endif

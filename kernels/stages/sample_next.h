@@ -6,7 +6,7 @@
 #include "footprint.h"
 #include "globals.h"
 #include "lobe_state.h"
-#include "random.h"
+#include "path_random.h"
 
 #ifdef PATHU_raytype
 // OSL's names for rays (specification ch. 7, raytype). What passes straight on keeps its type.
@@ -22,8 +22,13 @@ static inline int stage_sample_next(const Context *c, uint slot)
 {
     Lobe lobe = load_lobe(c, slot);
     const uint depth = path_get_uint(c, PATHU_depth, slot);
-    real4 u = random4(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_BSDF(depth),
-                      setting(c, SETTING_seed));
+    real4 u = path_random(c, slot, BLOCK_BSDF(depth));
+#ifdef HAS_SHARED_CUBES
+    u.x = path_get(c, PATH_rest, slot);
+    if (!(u.x < 1)) return QUEUE_done;
+    u.x = fmin(u.x, (real)ONE_MINUS_EPSILON);
+    const real survive = path_get(c, PATH_survive, slot);
+#endif
     real3 wo = -path_get3(c, PATH_ray_d, slot);
     real3 wi, value;
     real pdf;
@@ -32,9 +37,14 @@ static inline int stage_sample_next(const Context *c, uint slot)
     real3 offset = path_get3(c, PATH_offset, slot);
     int above = dot(wi, offset) > 0;
     // As in sample_light: no light through the surface by a bent normal.
+#ifndef HAS_TRUSTED_NORMALS
     if (above != ((bits & SAMPLE_REFLECT) != 0)) return QUEUE_done;
+#endif
     real3 beta = path_get3(c, PATH_beta, slot) * value;
-#ifdef HAS_ROULETTE
+#ifdef HAS_SHARED_CUBES
+    beta /= survive;
+    pdf *= survive;
+#elif defined(HAS_ROULETTE)
     if (depth >= setting(c, SETTING_roulette_from)) {
         real survive = min(max_component(beta), (real)0.95);
         if (!(u.w < survive)) return QUEUE_done;

@@ -3,10 +3,26 @@
 #ifndef OSLCL_STAGE_SELECT_BSDF_H
 #define OSLCL_STAGE_SELECT_BSDF_H
 
+#include "bsdf/bsdf.h"
 #include "lights.h"
 #include "lobe_state.h"
-#include "random.h"
+#include "path_random.h"
 #include "surface.h"
+
+#ifdef HAS_SHARED_CUBES
+// Russian roulette with the number that chose the lobe, which so stays one number of an even cube. The probability to go on is
+// the part of the light that does.
+static inline real path_survives(const Context *c, uint depth, real3 wo, real3 beta, const Lobe *lobe)
+{
+#ifdef HAS_ROULETTE
+    if (depth >= setting(c, SETTING_roulette_from)) {
+        const real q = dot(lobe->weight, beta) * bsdf_albedo(lobe, wo) / (beta.x + beta.y + beta.z);
+        return clamp(q, (real)0.05, (real)1);
+    }
+#endif
+    return 1;
+}
+#endif
 
 static inline int stage_select_bsdf(const Context *c, uint slot)
 {
@@ -20,7 +36,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     ShaderGlobals sg;
     SurfacePoint point = surface_point(c, triangle, instance, path_get(c, PATH_hit_u, slot),
                                        path_get(c, PATH_hit_v, slot), I, &sg);
-#ifdef HAS_DERIVATIVES
+#ifdef PATH_cone_width
     footprint_surface(c, slot, length(point.P - path_get3(c, PATH_ray_o, slot)), &sg);
 #endif
 #ifdef PATHU_raytype
@@ -33,13 +49,17 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     sg.userdata = userdata;
 #endif
     const uint depth = path_get_uint(c, PATHU_depth, slot);
-    real4 u = random4(path_pixel(c, slot), path_get_uint(c, PATHU_sample, slot), BLOCK_LIGHT(depth),
-                      setting(c, SETTING_seed));
+    real4 u = path_random(c, slot, BLOCK_LIGHT(depth));
     ShadeResult result;
+#ifdef HAS_SHARED_CUBES
+    // Two lobes share the cube's first side from the left on, as in the reference's renderer; lobe_offer fills it from the right.
+    u.w = fmin(1 - u.x, (real)ONE_MINUS_EPSILON);
+    result.rest = u.w;
+#endif
     MATERIAL_ENTRY(&sg, u.w, &result);
     real3 beta = path_get3(c, PATH_beta, slot);
 #ifdef MATERIAL_EMITS
-    const real3 Le = emitted(&result, sg.backfacing);
+    const real3 Le = emitted(&result, dark_side(c, sg.backfacing));
     if (!is_zero3(Le)) {
         real weight = 1;
 #ifdef HAS_LIGHTS
@@ -58,12 +78,21 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
 #endif
     // The next event would be one edge longer than allowed.
     if (depth >= setting(c, SETTING_max_depth) || result.lobe.type == LOBE_NONE) return QUEUE_done;
+#ifdef HAS_SHARED_CUBES
+    const real3 before = beta;
+#endif
     beta *= result.lobe.weight;
     if (is_zero3(beta)) return QUEUE_done;
     path_set3(c, PATH_beta, slot, beta);
     path_set3(c, PATH_point, slot, point.P);
     path_set3(c, PATH_offset, slot, point.offset);
     store_lobe(c, slot, &result.lobe);
+#ifdef HAS_SHARED_CUBES
+    const real survive = path_survives(c, depth, -I, before, &result.lobe);
+    path_set(c, PATH_survive, slot, survive);
+    // From 1 on: the path ends behind this event.
+    path_set(c, PATH_rest, slot, (1 - result.rest) / survive);
+#endif
     return QUEUE_scatter;
 }
 

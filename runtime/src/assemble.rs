@@ -15,6 +15,7 @@ macro_rules! embed {
 /// Every file of kernels/, by its path there.
 static KERNELS: &[(&str, &str)] = embed![
     "context.h",
+    "cubes.h",
     "geometry.h",
     "footprint.h",
     "globals.h",
@@ -22,6 +23,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "lobe.h",
     "lobe_state.h",
     "maths.h",
+    "path_random.h",
     "random.h",
     "real.h",
     "strings.h",

@@ -65,15 +65,18 @@ impl Lower<'_> {
                 let place = self.place(e);
                 self.load(&place, span)
             }
-            ExprKind::Component(base, index) => {
-                let base = self.expr(base);
+            ExprKind::Component(of, index) => {
+                let base = self.expr(of);
                 let index = self.expr(index);
+                self.check_component(of, index, span);
                 self.value(Inst::Component(base, index), Ty::Float, span)
             }
-            ExprKind::Element(base, row, column) => {
-                let base = self.expr(base);
+            ExprKind::Element(of, row, column) => {
+                let base = self.expr(of);
                 let row = self.expr(row);
                 let column = self.expr(column);
+                self.check_component(of, row, span);
+                self.check_component(of, column, span);
                 self.value(Inst::MatrixElement(base, row, column), Ty::Float, span)
             }
             ExprKind::Call(callee, args) => match self.call(callee, args, e) {

@@ -15,6 +15,7 @@ mod expr;
 mod host;
 mod noise;
 mod place;
+mod range;
 mod spaces;
 mod special;
 mod stmt;
@@ -43,10 +44,18 @@ pub struct Settings {
     pub color_system: ColorSystem,
     /// Unknown kinds of noise are reported when the shader runs, as by the reference implementation; otherwise they are errors.
     pub unknown_noise_runs: bool,
+    /// Indices out of range are reported when the shader runs. It costs time at each index that is no constant.
+    pub range_checks: bool,
 }
 
 /// Stands in the formats of reports for `FILE:LINE` of the call: only who has the sources can tell it (the facade does).
 pub const PLACE: &str = "\u{1}place";
+
+/// Stands in the formats of reports for the group's name: `link` knows it.
+pub const GROUP: &str = "\u{1}group";
+
+/// Stands in the formats of reports for the layer's number and name: `link` knows them.
+pub const LAYER: &str = "\u{1}layer";
 
 /// Lowers a checked shader for a renderer with default settings.
 pub fn lower(checked: &Checked) -> Result<ir::Shader, Vec<Diagnostic>> {

@@ -14,7 +14,8 @@ pub use alias::AliasTable;
 pub use lights::{Emission, Lights};
 
 use crate::choices::{Choices, TreeQuality};
-use crate::scene::{Instance, Mesh, Scene};
+use crate::plan::Effect;
+use crate::scene::{Instance, Mesh, MeshId, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// What geometry can't be built from.
@@ -51,7 +52,8 @@ const EMITS: u32 = 4;
 pub struct Geometry {
     /// 16 floats a node; node 0 is where every ray starts.
     pub nodes: Vec<f32>,
-    /// 12 numbers a triangle in leaf order: corner, two edges, each with a number that nothing reads. In object space for instanced meshes.
+    /// 12 numbers a triangle in leaf order: its corners, each with a coordinate of the unit normal behind it. In object space for
+    /// instanced meshes.
     pub triangles: Vec<f64>,
     /// Triangle number of each of those.
     pub triangle_ids: Vec<u32>,
@@ -101,11 +103,16 @@ impl Geometry {
 
 /// Whether a scene places some mesh more than once.
 pub fn shares_meshes(scene: &Scene) -> bool {
+    shared_meshes(scene).next().is_some()
+}
+
+/// The meshes that a scene places more than once; again for each placement after the first.
+pub fn shared_meshes(scene: &Scene) -> impl Iterator<Item = MeshId> + '_ {
     let mut seen = vec![false; scene.meshes.len()];
     // What is displaced gets a mesh of its own.
     let displaced = |i: &&Instance| scene.materials[i.material.0 as usize].displacement.is_some();
-    let mut shared = scene.instances.iter().filter(|i| !displaced(i));
-    shared.any(|i| std::mem::replace(&mut seen[i.mesh.0 as usize], true))
+    let shared = scene.instances.iter().filter(move |i| !displaced(i)).map(|i| i.mesh);
+    shared.filter(move |m| std::mem::replace(&mut seen[m.0 as usize], true))
 }
 
 /// What geometry says of materials.
@@ -131,7 +138,7 @@ pub fn build(scene: &Scene, materials: &[MaterialUse], choices: &Choices) -> Res
     }
     let mut builder = Builder::new(scene, materials, choices.tree);
     builder.shapes();
-    builder.place(&uses)?;
+    builder.place(&uses, choices.overrides.forces(Effect::Instances))?;
     let mut geometry = builder.out;
     geometry.lights.finish(&geometry.triangle_ids, choices.lights);
     tracing::info!(triangles = geometry.triangle_count(), nodes = geometry.nodes.len() / 16, "geometry built");
@@ -241,10 +248,9 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Builds the trees.
-    fn place(&mut self, uses: &[u32]) -> Result<(), Error> {
-        let shared: Vec<usize> = (0..uses.len()).filter(|m| uses[*m] > 1).collect();
-        if shared.is_empty() {
+    /// Builds the trees; `two_levels` also where one would do.
+    fn place(&mut self, uses: &[u32], two_levels: bool) -> Result<(), Error> {
+        if !two_levels && uses.iter().all(|n| *n <= 1) {
             self.common(uses)?;
             return Ok(());
         }
@@ -319,7 +325,10 @@ impl<'a> Builder<'a> {
         let tree = bvh::over_triangles(corners, first_leaf, self.tree, &mut self.out.nodes)?;
         for &k in &tree.order {
             let [a, b, c] = corners[k as usize];
-            self.out.triangles.extend([a, b - a, c - a].iter().flat_map(|v| [v.x, v.y, v.z, 0.0]));
+            // From the corner's side: zeros get the signs of the reference's renderer, on which the frame around an axis-parallel
+            // normal depends.
+            let normal = (a - b).cross(a - c).normalize_or_zero().to_array();
+            self.out.triangles.extend([a, b, c].iter().zip(normal).flat_map(|(v, n)| [v.x, v.y, v.z, n]));
             self.out.triangle_ids.push(first + k);
         }
         let all = corners.iter().flatten();

@@ -231,6 +231,7 @@ impl Material {
             source,
             params: Vec::new(),
             displacement: None,
+            sampled_light: true,
             group: false,
             interactive: Vec::new(),
             attributes: Vec::new(),

@@ -62,7 +62,7 @@ pub type Attributes = Vec<(String, ParamValue)>;
 pub struct MeshId(pub u32);
 
 /// Index into [`Scene::materials`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MaterialId(pub u32);
 
 /// A perspective camera, pinhole or thin lens.
@@ -96,6 +96,11 @@ pub struct Film {
 pub struct Conventions {
     /// Surfaces emit on both sides, not on the front side alone.
     pub two_sided_emission: bool,
+    /// Shading normals are taken as they are, and light goes where they send it, even into the surface that has them; otherwise
+    /// they are bent to the viewer's side, and such light is lost.
+    pub trusted_normals: bool,
+    /// Random numbers are those of the reference's renderer: Sobol's points scrambled after Owen, a cube for each event of a path.
+    pub shared_cubes: bool,
     /// The environment is sampled directly even if its shader asks for the type of rays; only rays of the camera have one then.
     pub tabulated_environment: bool,
     /// Values in a group's text for parameters that a shader does not have are left out with a warning; otherwise they are errors.
@@ -183,6 +188,8 @@ pub struct Material {
     pub params: Vec<(String, ParamValue)>,
     /// The material whose displacement shader moves the vertices of what has this one.
     pub displacement: Option<MaterialId>,
+    /// Rays are sent to what of it emits; otherwise paths find it by chance alone.
+    pub sampled_light: bool,
     /// `source` is the text of a shader group, whose shaders are shipped ones or lie beside `path`.
     pub group: bool,
     /// Parameters (`layer.param` in a group) whose values a [`crate::session::Session`] can change, beside those whose

@@ -142,7 +142,8 @@ pub fn rows_sphere(center: Vec3, radius: f32, rows: u32) -> Mesh {
         }
     }
     let at = |i: u32, j: u32| 2 * around + j * (around + 1) + i;
-    for i in 0..around {
+    // Column by column from the seam's left side on, the order of the reference's: it tells lights apart.
+    for i in (0..around).map(|i| (i + around - 1) % around) {
         mesh.triangles.push([i, at(i, 0), at(i + 1, 0)]);
         for j in 0..rows - 1 {
             geometry::fan(&[at(i + 1, j), at(i, j), at(i, j + 1), at(i + 1, j + 1)], &mut mesh.triangles);

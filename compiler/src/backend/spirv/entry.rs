@@ -66,7 +66,7 @@ fn deliver(w: &mut Writer, pick: Word, out: Word) {
     for (number, slot) in shader.slots.iter().enumerate() {
         let weight = w.load(slot.weight);
         let (name, body) = match role(slot) {
-            ClosureRole::Emission => ("emission", "    if (!sg->backfacing) out->emission += a2;\n"),
+            ClosureRole::Emission => ("emission", "    out->emission += a2;\n"),
             ClosureRole::Background => ("background", "    out->background += a2;\n"),
             ClosureRole::Holdout => ("holdout", "    out->holdout += a2;\n"),
             ClosureRole::Lobe(_) | ClosureRole::Transparent => {

@@ -4,6 +4,7 @@
 
 use super::super::{Error, render, terminal};
 use super::options::{self, Item, Spec, Takes, spec};
+use oslcl_runtime::choices::{Choices, LightChoice};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::film::{self, Picture};
@@ -203,7 +204,9 @@ fn render_job(job: &Job) -> Result<(), Error> {
     scene.shaders = job.shaders.clone();
     scene.textures.splice(0..0, job.textures.iter().cloned());
     let device = Device::open(job.device.as_deref())?;
-    let options = Options::default();
+    let choices =
+        Choices { lights: LightChoice::Uniform, environment_map: loaded.environment_columns, ..Choices::default() };
+    let options = Options { choices, ..Options::default() };
     let rendered = oslcl_runtime::render::render(&scene, &device, &options, &mut |_| {});
     let (picture, summary) = rendered.map_err(|error| render::say(path, error))?;
     write(&job.picture, &picture)?;

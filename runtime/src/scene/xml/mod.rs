@@ -19,12 +19,16 @@ use std::path::Path;
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
+    /// How finely its environment is to be tabulated, in columns.
+    pub environment_columns: u32,
     /// Whole lines, each with its place.
     pub warnings: Vec<String>,
 }
 
 /// Most bounces of a path.
 const MAX_BOUNCES: u32 = Integrator::DEEPEST - 1;
+/// Columns of the environment's table unless the file says otherwise.
+const BACKGROUND_COLUMNS: u32 = 1024;
 /// Rows of a sphere's vertices unless the file says otherwise.
 const SPHERE_ROWS: u32 = 64;
 
@@ -58,13 +62,19 @@ pub fn parse(source: &str, path: &Path, film: Film, integrator: Integrator) -> R
         scene: Scene::new(camera(None, film)?, film),
         named: HashMap::new(),
         latest: None,
+        environment_columns: BACKGROUND_COLUMNS,
         folder: path.parent().unwrap_or(Path::new("")),
         warnings: Vec::new(),
     };
     builder.scene.integrator = integrator;
     builder.scene.filter = Filter::Tent;
-    builder.scene.conventions =
-        Conventions { two_sided_emission: true, tabulated_environment: true, unknown_params_warn: true };
+    builder.scene.conventions = Conventions {
+        two_sided_emission: true,
+        trusted_normals: true,
+        shared_cubes: true,
+        tabulated_environment: true,
+        unknown_params_warn: true,
+    };
     for element in root.children() {
         builder.element(&element)?;
     }
@@ -78,6 +88,7 @@ struct Builder<'a> {
     named: HashMap<String, MaterialId>,
     /// The material of the last group that made one: shapes that follow have it.
     latest: Option<MaterialId>,
+    environment_columns: u32,
     folder: &'a Path,
     warnings: Vec<String>,
 }
@@ -113,9 +124,10 @@ impl Builder<'_> {
             "Model" => self.model(element)?,
             "Background" => {
                 self.knows(element, &["resolution"]);
-                // How finely the reference's renderer tabulates it; 0: not at all. Ours decides itself how finely.
-                let resolution = element.whole("resolution", 1024, 0, 1 << 15)?;
+                // 0: not tabulated at all.
+                let resolution = element.whole("resolution", BACKGROUND_COLUMNS, 0, 8192)?;
                 self.scene.conventions.tabulated_environment = resolution > 0;
+                self.environment_columns = resolution.clamp(32, 8192).next_power_of_two();
                 self.scene.environment = Some(self.latest(element)?);
             }
             name => self.warnings.push(element.unknown_element(name, &KNOWN)),
@@ -166,7 +178,8 @@ impl Builder<'_> {
             None => format!("group at line {}", element.at().line),
         };
         let path = element.at().file;
-        let material = Material { group: true, ..Material::new(&label, path, source) };
+        let sampled_light = element.get("is_light").is_some_and(|v| matches!(v.text, "1" | "on" | "yes"));
+        let material = Material { group: true, sampled_light, ..Material::new(&label, path, source) };
         let known = name.and_then(|name| self.named.get(name).copied());
         let kind = element.get("type").map_or("surface", |v| v.text);
         match (known, kind) {
@@ -176,8 +189,8 @@ impl Builder<'_> {
                 self.scene.materials[id.0 as usize].displacement = Some(displacement);
             }
             (Some(id), "surface") => {
-                let displacement = self.scene.materials[id.0 as usize].displacement;
-                self.scene.materials[id.0 as usize] = Material { displacement, ..material };
+                let Material { displacement, sampled_light, .. } = self.scene.materials[id.0 as usize];
+                self.scene.materials[id.0 as usize] = Material { displacement, sampled_light, ..material };
             }
             (Some(_), kind) => {
                 let cause = format!("a group of type \"{kind}\" cannot be added to the material `{label}`");
@@ -257,7 +270,7 @@ impl Builder<'_> {
             return Err(needs("<Sphere>, <Quad> or <Model>"));
         }
         self.scene.textures.push(self.folder.to_path_buf());
-        Ok(Loaded { scene: self.scene, warnings: self.warnings })
+        Ok(Loaded { scene: self.scene, environment_columns: self.environment_columns, warnings: self.warnings })
     }
 }
 
