@@ -77,3 +77,18 @@ fn getattribute_falls_back_to_userdata() {
     let (out, _) = testshade(&at, &["data"]);
     assert_eq!(out, "-1 -1 -1 -1 -1 none 0\n\n");
 }
+
+#[test]
+fn integers_in_pictures_are_parts_of_the_largest() {
+    let at = folder("ints", &[("ints", "shader ints(output int i = 0) { i = u > 0.5 ? 1073741824 : -1; }")]);
+    for depth in ["float", "int"] {
+        let args = ["-g", "2", "1", "-o", "i", "i.tif", "-od", "float", "ints"];
+        let args = if depth == "int" { [&args[..5], &["i.tif", "ints"]].concat() } else { args.to_vec() };
+        testshade(&at, &args);
+        // What is stored is read back by shaders.
+        let look = "shader look(output color c = 0) { for (int x = 0; x < 2; ++x)\n\
+            printf(\"%.3f\\n\", float(texture(\"i.tif\", 0.25 + 0.5 * x, 0.5, \"interp\", \"closest\"))); }";
+        fs::write(at.join("look.osl"), look).expect("a shader");
+        assert_eq!(testshade(&at, &["look"]).0, "-0.000\n0.500\n\n", "{depth}");
+    }
+}
