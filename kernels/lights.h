@@ -42,8 +42,8 @@ static inline real shadow_length(const LightSample *s, real3 offset)
 }
 
 // Walker's alias method: one of n cells by bits.x, and a number uniform in [0,1) that decides between the cell's two. A float would
-// leave 7 bits for that with the environment's 131,072 cells, and the faintest cells would be taken a thousand times too often:
-// here they are 15, and those that random_reals drops of the other words, 39.
+// leave 7 bits for that with the environment's 131,072 cells, and the faintest would be taken far too often: here they are 15, and with
+// those that random_reals drops of the other words, 39.
 static inline uint alias_cell(uint4 bits, uint n, real *rest)
 {
     const uint low = (bits.y & 255u) << 16 | (bits.z & 255u) << 8 | (bits.w & 255u);
