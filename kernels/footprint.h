@@ -21,6 +21,9 @@ static inline void footprint_none(ShaderGlobals *sg)
     sg->flip_handedness = 0;
 }
 
+// A shader may ask for footprints that the scene does without: then all of them are none.
+#ifdef PATH_cone_width
+
 // The angle that a pixel in the middle of the picture covers.
 static inline real footprint_of_pixel(const Context *c)
 {
@@ -84,6 +87,8 @@ static inline void footprint_bounce(const Context *c, uint slot, real pdf)
     const real angle = (real)0.25 * sqrt(fmin(1 / ((real)3.14159265358979 * pdf), (real)1));
     path_set(c, PATH_cone_spread, slot, path_get(c, PATH_cone_spread, slot) + angle);
 }
+
+#endif
 
 #endif
 

@@ -47,12 +47,21 @@ static inline real mis_weight(real mine, real other)
     return 1 / (1 + r * r);
 }
 
-// The probability that a sample asks the environment, and that it asks a triangle.
-#if defined(HAS_LIGHTS) && defined(HAS_ENVIRONMENT_SAMPLING)
-#define ENVIRONMENT_SHARE ((real)0.5)
-#define TRIANGLES_SHARE ((real)0.5)
+// Whether a side does not emit: surfaces emit on their front side, or on both.
+static inline int dark_side(const Context *c, int backfacing)
+{
+#ifdef HAS_TWO_SIDED_EMISSION
+    if (setting(c, SETTING_two_sided)) return 0;
+#endif
+    return backfacing;
+}
+
+// The probability that a sample asks the environment, and that it asks a triangle: even where there are both; 0 where the
+// scene does not call for what is compiled in.
+#ifdef HAS_ENVIRONMENT_SAMPLING
+#define ENVIRONMENT_SHARE constant_real(c, CONSTANT_environment_share)
+#define TRIANGLES_SHARE (1 - ENVIRONMENT_SHARE)
 #else
-#define ENVIRONMENT_SHARE ((real)1)
 #define TRIANGLES_SHARE ((real)1)
 #endif
 
@@ -69,6 +78,7 @@ static inline real light_share(const Context *c, uint cell) { return c->lights[L
 
 static inline int sample_triangle_light(const Context *c, real3 P, real4 u, LightSample *s)
 {
+    if (setting(c, SETTING_lights) == 0) return 0;
     real x = u.x;
     uint cell = alias_cell(&x, setting(c, SETTING_lights));
     s->light = x < light_share(c, cell) ? cell : c->light_words[LIGHT_WORDS * cell + LIGHT_ALIAS];
@@ -93,7 +103,7 @@ static inline int sample_triangle_light(const Context *c, real3 P, real4 u, Ligh
     s->wi = to / s->distance;
     real cosine = -dot(s->wi, safe_normalize(cross(e1, e2)));
 #ifdef HAS_TWO_SIDED_EMISSION
-    cosine = fabs(cosine);
+    if (setting(c, SETTING_two_sided)) cosine = fabs(cosine);
 #endif
     if (!(cosine > 0 && distance2 > 0)) return 0;
     s->radiance = vload3(0, light + LIGHT_RADIANCE);
@@ -108,6 +118,7 @@ static inline int sample_triangle_light(const Context *c, real3 P, real4 u, Ligh
 
 static inline real environment_pdf(const Context *c, real3 d)
 {
+    if (ENVIRONMENT_SHARE == 0) return 0;
     real turn = m_atan2(d.y, d.x) * (real)(0.5 * INV_PI);
     turn = turn < 0 ? turn + 1 : turn;
     uint x = min((uint)(turn * ENVIRONMENT_WIDTH), ENVIRONMENT_WIDTH - 1u);
@@ -140,14 +151,16 @@ static inline int sample_environment(const Context *c, real4 u, LightSample *s)
 // Takes a direction to a light seen from P (relative to the camera); 0 when this sample gives none.
 static inline int sample_lights(const Context *c, real3 P, real4 u, LightSample *s)
 {
-#if defined(HAS_LIGHTS) && defined(HAS_ENVIRONMENT_SAMPLING)
-    int environment = u.x < ENVIRONMENT_SHARE;
-    u.x = clamp(environment ? u.x * 2 : u.x * 2 - 1, (real)0, (real)ONE_MINUS_EPSILON);
-    return environment ? sample_environment(c, u, s) : sample_triangle_light(c, P, u, s);
-#elif defined(HAS_LIGHTS)
+#ifdef HAS_ENVIRONMENT_SAMPLING
+    const real share = ENVIRONMENT_SHARE;
+    const int environment = u.x < share;
+    u.x = clamp(environment ? u.x / share : (u.x - share) / (1 - share), (real)0, (real)ONE_MINUS_EPSILON);
+    if (environment) return sample_environment(c, u, s);
+#endif
+#ifdef HAS_LIGHTS
     return sample_triangle_light(c, P, u, s);
 #else
-    return sample_environment(c, u, s);
+    return 0;
 #endif
 }
 #endif

@@ -72,15 +72,8 @@ typedef struct {
 #endif
 } ShadeResult;
 
-// What of it is seen: surfaces emit on their front side, or on both.
-static inline real3 emitted(const ShadeResult *r, int backfacing)
-{
-#ifdef HAS_TWO_SIDED_EMISSION
-    return r->emission;
-#else
-    return backfacing ? (real3)(0) : r->emission;
-#endif
-}
+// What of it is seen from a side that does not emit, or from one that does.
+static inline real3 emitted(const ShadeResult *r, int dark_side) { return dark_side ? (real3)(0) : r->emission; }
 
 // Running state of the weighted choice among the offered lobes.
 typedef struct {

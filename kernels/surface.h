@@ -21,7 +21,9 @@ static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
 #ifdef MATERIAL_INTERACTIVE
     sg->interactive = c->interactive + MATERIAL_INTERACTIVE;
 #endif
-#ifdef HAS_TEXTURES
+#ifdef WITHOUT_TEXTURES
+    sg->textures = 0;
+#elif defined(HAS_TEXTURES)
     sg->textures = c->textures;
 #endif
     sg->point = 0;

@@ -22,6 +22,10 @@ static inline int lobe_counts(real3 weight)
 static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *lobe, real3 weight, real3 wo)
 {
     if (!lobe_counts(weight)) return;
+#ifdef WITHOUT_LOBES
+    // A bit per type that the scene is rendered without.
+    if ((WITHOUT_LOBES >> lobe->type) & 1u) return;
+#endif
     real importance = max_component(fabs(weight)) * bsdf_albedo(lobe, wo);
     real total = choice->total + importance;
     if (!is_finite_positive(importance) || !(total <= REAL_MAX)) return;

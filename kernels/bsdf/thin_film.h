@@ -103,5 +103,10 @@ static inline real3 film_reflectance(real c, real thickness, real film_ior, real
     return clamp(rgb, (real3)(0), (real3)(1));
 }
 
+#elif defined(WITHOUT_LOBE_THIN_FILM)
+
+// The scene is rendered without the films that a shader has.
+static inline Lobe lobe_film(Lobe l, real thickness, real ior) { return l; }
+
 #endif
 #endif

@@ -92,6 +92,9 @@ static inline uint texture_tile(__global const uint *data, uint node, real *s, r
 // The node of a file; 0 for one that is not in the buffer, which the host does not let happen.
 static inline uint texture_node(__global const uint *data, int file)
 {
+#ifdef WITHOUT_TEXTURES
+    return 0;
+#endif
     uint low = 0, high = data[0];
     while (low < high) {
         const uint middle = (low + high) / 2;

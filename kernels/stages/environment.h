@@ -28,17 +28,17 @@ static inline int stage_environment(const Context *c, uint slot)
     ShaderGlobals sg;
     ShadeResult result;
     environment_point(c, d, &sg);
-#ifdef HAS_DERIVATIVES
+#ifdef PATH_cone_spread
 #ifdef HAS_ENVIRONMENT_SAMPLING
     // The two ways to the same light must see the same: what is blurred on one and sharp on the other counts twice.
-    if (!(path_get(c, PATH_pdf, slot) > 0))
+    if (!(path_get(c, PATH_pdf, slot) > 0 && ENVIRONMENT_SHARE > 0))
 #endif
         footprint_direction(c, slot, d, &sg);
 #endif
 #ifdef PATHU_raytype
 #ifdef HAS_ENVIRONMENT_SAMPLING
     // As above; what sampling asks has no path.
-    if (path_get_uint(c, PATHU_depth, slot) == 1)
+    if (path_get_uint(c, PATHU_depth, slot) == 1 || ENVIRONMENT_SHARE == 0)
 #endif
         sg.raytype = path_get_uint(c, PATHU_raytype, slot);
 #endif

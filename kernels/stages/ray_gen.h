@@ -7,6 +7,10 @@
 #include "footprint.h"
 #include "path_random.h"
 
+// Values of SETTING_filter; 0 is the box.
+#define FILTER_TENT 1u
+#define FILTER_MIDDLE 2u
+
 #ifdef HAS_TENT_FILTER
 // From uniform numbers to a tent from -1/2 to 3/2, which is one pixel wider on both sides than the pixel.
 static inline real tent(real u)
@@ -27,11 +31,13 @@ static inline int stage_ray_gen(const Context *c, uint slot, int start)
     real4 u = path_random(c, slot, BLOCK_CAMERA);
     // Film coordinates in [-1,1]: x to the right, y up. A box filter of one pixel, unless another is asked for.
 #ifdef HAS_TENT_FILTER
-    u.x = tent(u.x);
-    u.y = tent(u.y);
+    if (setting(c, SETTING_filter) == FILTER_TENT) {
+        u.x = tent(u.x);
+        u.y = tent(u.y);
+    }
 #endif
 #ifdef HAS_MIDDLE_FILTER
-    u.x = u.y = (real)0.5;
+    if (setting(c, SETTING_filter) == FILTER_MIDDLE) u.x = u.y = (real)0.5;
 #endif
     real x = 2 * ((pixel % width) + u.x) / width - 1;
     real y = 1 - 2 * ((pixel / width) + u.y) / height;
@@ -41,9 +47,12 @@ static inline int stage_ray_gen(const Context *c, uint slot, int start)
     real3 o = (real3)(0);
 #ifdef HAS_THIN_LENS
     // The plane in focus is where d, whose part along the view is 1, has the length of the focus distance.
-    real3 lens = sample_disk(u.z, u.w) * constant_real(c, CONSTANT_lens_radius);
-    o = constant_real3(c, CONSTANT_lens_right) * lens.x + constant_real3(c, CONSTANT_lens_up) * lens.y;
-    d = d * constant_real(c, CONSTANT_focus_distance) - o;
+    const real radius = constant_real(c, CONSTANT_lens_radius);
+    if (radius > 0) {
+        real3 lens = sample_disk(u.z, u.w) * radius;
+        o = constant_real3(c, CONSTANT_lens_right) * lens.x + constant_real3(c, CONSTANT_lens_up) * lens.y;
+        d = d * constant_real(c, CONSTANT_focus_distance) - o;
+    }
 #endif
     path_set3(c, PATH_ray_o, slot, o);
     path_set3(c, PATH_ray_d, slot, normalize(d));

@@ -36,7 +36,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     ShaderGlobals sg;
     SurfacePoint point = surface_point(c, triangle, instance, path_get(c, PATH_hit_u, slot),
                                        path_get(c, PATH_hit_v, slot), I, &sg);
-#ifdef HAS_DERIVATIVES
+#ifdef PATH_cone_width
     footprint_surface(c, slot, length(point.P - path_get3(c, PATH_ray_o, slot)), &sg);
 #endif
 #ifdef PATHU_raytype
@@ -59,7 +59,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     MATERIAL_ENTRY(&sg, u.w, &result);
     real3 beta = path_get3(c, PATH_beta, slot);
 #ifdef MATERIAL_EMITS
-    const real3 Le = emitted(&result, sg.backfacing);
+    const real3 Le = emitted(&result, dark_side(c, sg.backfacing));
     if (!is_zero3(Le)) {
         real weight = 1;
 #ifdef HAS_LIGHTS

@@ -18,7 +18,7 @@ static inline real3 emitted_radiance(const Context *c, uint triangle, uint insta
     sg.userdata = userdata;
 #endif
     MATERIAL_ENTRY(&sg, 0, &result);
-    return emitted(&result, sg.backfacing);
+    return emitted(&result, dark_side(c, sg.backfacing));
 }
 
 // A ray to this light met nothing: its part of the light.

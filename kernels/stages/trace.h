@@ -26,9 +26,9 @@ static inline int stage_trace(const Context *c, uint slot)
     return QUEUE_environment;
 #else
 #ifdef HAS_ENVIRONMENT
-    real3 beta = path_get3(c, PATH_beta, slot);
-    path_set3(c, PATH_radiance, slot,
-              path_get3(c, PATH_radiance, slot) + beta * constant_real3(c, CONSTANT_environment));
+    // In two steps, as where its shader is asked: with the same rounding.
+    real3 L = path_get3(c, PATH_beta, slot) * constant_real3(c, CONSTANT_environment);
+    path_set3(c, PATH_radiance, slot, path_get3(c, PATH_radiance, slot) + L);
 #endif
     return QUEUE_done;
 #endif

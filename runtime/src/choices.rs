@@ -3,6 +3,7 @@
 //! In: names and values as users write them. Out: [`Choices`], macros and build options of kernels. docs/accuracy.md shows the
 //! table; a test holds them together. It must not know devices.
 
+use crate::plan::{Effect, Overrides};
 use crate::precision::Precision;
 use crate::scene::Integrator;
 use std::fmt::Write;
@@ -72,6 +73,8 @@ pub struct Choices {
     pub depth: Option<u32>,
     /// Bounce from which Russian roulette may end paths, `u32::MAX`: never; `None`: the scene's.
     pub roulette: Option<u32>,
+    /// Effects that are on or off whatever the scene calls for. No setting of the table.
+    pub overrides: Overrides,
 }
 
 impl Default for Choices {
@@ -85,6 +88,7 @@ impl Default for Choices {
             tree: TreeQuality::default(),
             depth: None,
             roulette: None,
+            overrides: Overrides::default(),
         }
     }
 }
@@ -276,6 +280,16 @@ impl Choices {
             Some(u32::MAX) => integrator.roulette_from = None,
             from => integrator.roulette_from = from,
         }
+    }
+
+    /// With the precision that the overrides of effects ask for.
+    pub fn settled(&self) -> Choices {
+        let precision = match self.precision {
+            _ if self.overrides.forces(Effect::DoublePrecision) => Precision::Reference,
+            Precision::Reference if self.overrides.removes(Effect::DoublePrecision) => Precision::Standard,
+            precision => precision,
+        };
+        Choices { precision, ..*self }
     }
 
     /// The macros that every program has for these choices.

@@ -26,6 +26,7 @@ pub mod shade;
 pub mod shader_file;
 pub mod study;
 mod supplies;
+pub mod target;
 pub mod textures;
 pub mod told;
 mod vertex_data;

@@ -6,13 +6,14 @@ use crate::choices::Choices;
 use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
-use crate::plan::Plan;
+use crate::plan::{Plan, Stage};
 use crate::roads::Road;
-use crate::scene::{self, Scene};
+use crate::scene::{self, MaterialId, Scene};
 use crate::session::Session;
 use crate::wavefront::Counts;
 use crate::{accel, device, displace, programs, textures, told, vertex_data};
 use oslcl_compiler::Radiance;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// Why there is no picture.
@@ -115,6 +116,10 @@ pub struct Summary {
     pub plan: Plan,
     /// Bytes of state that each path in flight has.
     pub bytes_per_path: u64,
+    /// How often each stage was launched, by stage and material.
+    pub launches: BTreeMap<(Stage, Option<MaterialId>), u32>,
+    /// The buffers that all stages see, by name, with their bytes.
+    pub buffers: Vec<(&'static str, u64)>,
     /// Warnings of the materials.
     pub warnings: Vec<String>,
     /// What the materials printed.
@@ -123,11 +128,13 @@ pub struct Summary {
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
 pub fn plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
-    plan_for(scene, choices, false, Road::default())
+    plan_for(scene, &choices.overrides.apply(scene), choices, false, Road::default())
 }
 
-/// As [`plan`]; `interactive`: interactive parameters can change between renders.
+/// As [`plan`], of the scene as the choices leave what is `written`; `interactive`: interactive parameters can change between
+/// renders.
 pub(crate) fn plan_for(
+    written: &Scene,
     scene: &Scene,
     choices: &Choices,
     interactive: bool,
@@ -142,7 +149,8 @@ pub(crate) fn plan_for(
         return Err(Error::Empty);
     }
     let mut compiled = materials::compile_for(scene, interactive, road)?;
-    if let Some(id) = scene.environment
+    if written.environment.is_some()
+        && let Some(id) = scene.environment
         && let Some(artifact) = &compiled.artifacts[id.0 as usize]
         && artifact.background == Radiance::None
     {
@@ -152,7 +160,8 @@ pub(crate) fn plan_for(
         }
         compiled.warnings.push(format!("warning: the environment is black: {}\n", dark(&material)));
     }
-    let plan = Plan::new(scene, &compiled.artifacts, choices);
+    let plan = Plan::new(written, scene, &compiled.artifacts, choices);
+    compiled.warnings.extend(plan.warnings());
     Ok((plan, compiled))
 }
 

@@ -50,6 +50,7 @@ pub struct Session<'a> {
     values: Vec<Supplies>,
     spread: Spread,
     seed: u64,
+    samples: u32,
     heard: Heard,
     compile_time: Duration,
     build_time: Duration,
@@ -69,18 +70,26 @@ impl<'a> Session<'a> {
         options: &Options,
         interactive: bool,
     ) -> Result<Session<'a>, Error> {
+        let written = scene;
+        let asked = options.choices;
+        let options = Options { choices: asked.settled(), ..*options };
+        let interactive = interactive && !asked.overrides.removes(Effect::Interactive);
+        let scene = asked.overrides.apply(written);
         if options.choices.precision.is_double() && !device.info.double {
             return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
         }
         // Better to hear of it now than after the work.
         roads::check(device, options.road).map_err(programs::Error::from)?;
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(scene, &options.choices, interactive, options.road)?;
+        let (plan, compiled) = render::plan_for(written, &scene, &asked, interactive, options.road)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
         let mut heard = Heard::default();
-        let scene = displace::apply(scene, &compiled, device, options.choices.precision, &mut heard)?;
+        let scene = match displace::apply(&scene, &compiled, device, options.choices.precision, &mut heard)? {
+            Cow::Owned(displaced) => Cow::Owned(displaced),
+            Cow::Borrowed(_) => scene,
+        };
         let geometry = accel::build(&scene, &plan.materials, &options.choices)?;
         let has_userdata = plan.has(Effect::Userdata) || plan.has(Effect::Attributes);
         let userdata = match has_userdata {
@@ -90,7 +99,7 @@ impl<'a> Session<'a> {
         let geometry_time = start.elapsed();
 
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-        let seed = scene.integrator.seed;
+        let (seed, samples) = (scene.integrator.seed, scene.integrator.samples);
         let spread = Spread::new(device, &plan, pixels, scene.integrator.samples);
         let textures = match plan.has(Effect::Textures) {
             true => textures::pack(&compiled.textures, compiled.texture_files())?,
@@ -106,7 +115,7 @@ impl<'a> Session<'a> {
         let build_time = start.elapsed();
         Ok(Session {
             device,
-            options: *options,
+            options,
             scene,
             plan,
             compiled,
@@ -117,6 +126,7 @@ impl<'a> Session<'a> {
             values,
             spread,
             seed,
+            samples,
             heard,
             compile_time,
             build_time,
@@ -159,6 +169,11 @@ impl<'a> Session<'a> {
         self.seed = seed;
     }
 
+    /// Takes another number of samples per pixel in the next renders than the scene's, at least 1.
+    pub fn set_samples(&mut self, samples: u32) {
+        self.samples = samples.max(1);
+    }
+
     /// A name for all that decides the picture but the seed and the number of samples: programs, geometry, textures, values of
     /// interactive parameters, camera.
     pub fn fingerprint(&self) -> Result<blake3::Hash, Error> {
@@ -199,7 +214,7 @@ impl<'a> Session<'a> {
         let build_time = self.build_time + start.elapsed();
 
         let start = Instant::now();
-        let wanted = scene.integrator.samples;
+        let wanted = self.samples;
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         let mut report = |counts: &Counts| {
             watch(&Progress { counts: *counts, total: pixels * u64::from(wanted), elapsed: start.elapsed() });
@@ -229,8 +244,13 @@ impl<'a> Session<'a> {
         self.heard.give(&mut messages);
         wavefront.log_times();
         let bytes_per_path = plan.layout.bytes_per_path(self.options.choices.precision.real_bytes());
-        let picture =
-            render::picture(scene, &self.options, self.seed, done, &data, plan.layout.film_channels() as usize);
+        let channels = plan.layout.film_channels() as usize;
+        let mut picture = render::picture(scene, &self.options, self.seed, done, &data, channels);
+        if !plan.is_asked(Effect::Holdout) {
+            // Full everywhere.
+            picture.alpha.clear();
+        }
+        let (launches, buffers) = (wavefront.launches(), wavefront.buffers());
         drop(wavefront);
         let summary = Summary {
             device: device.info.name.clone(),
@@ -242,6 +262,8 @@ impl<'a> Session<'a> {
             counts,
             plan: plan.clone(),
             bytes_per_path,
+            launches,
+            buffers,
             warnings: self.compiled.warnings.clone(),
             messages,
         };

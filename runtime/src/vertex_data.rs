@@ -160,21 +160,34 @@ pub(crate) fn table(scene: &Scene, artifacts: &[Option<Artifact>], first_vertice
 #[error("the userdata of the scene's vertices is more than 2^32 numbers")]
 pub struct TooMuch;
 
-/// The function that fills a point's slots for an artifact; empty when it has none.
-pub(crate) fn code(artifact: &Artifact, artifacts: &[Option<Artifact>]) -> String {
+/// The function that fills a point's slots for an artifact; empty when it has none. Slots that do not count are as those of
+/// which a shape has nothing.
+pub(crate) fn code(artifact: &Artifact, artifacts: &[Option<Artifact>], counts: &dyn Fn(&Slot) -> bool) -> String {
     let inputs = &artifact.inputs;
     if inputs.userdata_slots == 0 {
         return String::new();
     }
     let columns = columns(artifacts);
+    let any = inputs.userdata.iter().any(counts);
+    let header = if any { "userdata.h" } else { "context.h" };
     let mut text = format!(
-        "\n#define USERDATA_COLUMNS {}u\n#include \"userdata.h\"\n\
+        "\n#define USERDATA_COLUMNS {}u\n#include \"{header}\"\n\
          static inline void material_userdata(const Context *c, uint shape, __global const uint *corner, real u, real v, \
-         real *slots)\n{{\n    int found;\n",
+         real *slots)\n{{\n    int found;\n    uchar *bytes;\n",
         columns.len()
     );
     for slot in &inputs.userdata {
         let column = columns.iter().position(|c| is_same(c, slot)).unwrap_or(0);
+        if !counts(slot) {
+            // By bytes: a store of reals need not reach what is read as an int.
+            let (first, count) = (slot.offset, slot.reals);
+            let _ = writeln!(text, "    bytes = (uchar *)(slots + {first});");
+            let _ = writeln!(text, "    for (uint i = 0; i < {count}u * sizeof(real); i++) bytes[i] = 0;");
+            if let Some(has) = slot.has {
+                let _ = writeln!(text, "    *(int *)(slots + {has}) = 0;");
+            }
+            continue;
+        }
         let read = if slot.is_int() { "userdata_ints" } else { "userdata_reals" };
         let _ = writeln!(
             text,

@@ -10,7 +10,7 @@ use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
 use crate::plan::{BufferId, Constant, Counter, Effect, Plan, Setting, Stage};
 use crate::precision::Precision;
 use crate::programs::Kernels;
-use crate::scene::{MaterialId, Scene};
+use crate::scene::{Filter, MaterialId, Scene};
 use crate::shade::numbers;
 use crate::textures::Packed;
 use crate::vertex_data::Table;
@@ -92,6 +92,16 @@ pub struct Counts {
     pub repaired: u32,
 }
 
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Counts) {
+        self.rays += other.rays;
+        self.shadow_rays += other.shadow_rays;
+        self.samples += other.samples;
+        self.dropped += other.dropped;
+        self.repaired += other.repaired;
+    }
+}
+
 /// A scene on a device, being rendered.
 pub struct Wavefront<'a> {
     device: &'a Device,
@@ -103,8 +113,10 @@ pub struct Wavefront<'a> {
     settings: [u32; Setting::ALL.len()],
     environment: Option<MaterialId>,
     varying_lights: Vec<MaterialId>,
-    /// Launches and time of each stage, when the log asks for them: every launch is waited for then.
-    times: Option<RefCell<BTreeMap<Stage, (u32, Duration)>>>,
+    /// Every launch so far.
+    launches: RefCell<BTreeMap<(Stage, Option<MaterialId>), u32>>,
+    /// Time of each stage, when the log asks for it: every launch is waited for then.
+    times: Option<RefCell<BTreeMap<Stage, Duration>>>,
 }
 
 impl<'a> Wavefront<'a> {
@@ -126,9 +138,10 @@ impl<'a> Wavefront<'a> {
             spread,
             pixels: u64::from(scene.film.width) * u64::from(scene.film.height),
             buffers: HashMap::new(),
-            settings: settings(scene, geometry, spread),
+            settings: settings(scene, plan, geometry, spread),
             environment: scene.environment,
             varying_lights: geometry.lights.varying_materials(),
+            launches: RefCell::default(),
             times: tracing::enabled!(tracing::Level::DEBUG).then(RefCell::default),
         };
         for (id, name) in plan.layout.buffers() {
@@ -230,6 +243,7 @@ impl<'a> Wavefront<'a> {
             if let Some(kernel) = self.kernels.get(Stage::LightPower, Some(*material)) {
                 let queue = self.plan.layout.light_queue(k as u32);
                 self.launch(kernel, queue, Some(&powers), lights.len() as u64)?;
+                self.note(Stage::LightPower, Some(*material));
             }
         }
         let radiance = read_reals(self.device, &powers, lights.len(), self.precision())?;
@@ -247,6 +261,7 @@ impl<'a> Wavefront<'a> {
         let cells = size.0 as usize * size.1 as usize;
         let map = self.device.buffer("environment map", 3 * cells as u64 * self.precision().real_bytes())?;
         self.launch(kernel, 0, Some(&map), cells as u64)?;
+        self.note(Stage::EnvironmentMap, self.environment);
         let radiance = read_reals(self.device, &map, 3 * cells, self.precision())?;
         let table = AliasTable::new(&environment_weights(&radiance, size));
         let interleaved: Vec<f64> = table.probability.iter().zip(&table.share).flat_map(|(p, s)| [*p, *s]).collect();
@@ -344,14 +359,28 @@ impl<'a> Wavefront<'a> {
         let Some(kernel) = self.kernels.get(stage, material) else { return Ok(()) };
         let start = Instant::now();
         self.launch(kernel, launch, None, u64::from(self.spread.paths))?;
+        self.note(stage, material);
         if let Some(times) = &self.times {
             self.device.finish()?;
             let mut times = times.borrow_mut();
-            let (launches, time) = times.entry(stage).or_default();
-            *launches += 1;
-            *time += start.elapsed();
+            *times.entry(stage).or_default() += start.elapsed();
         }
         Ok(())
+    }
+
+    fn note(&self, stage: Stage, material: Option<MaterialId>) {
+        *self.launches.borrow_mut().entry((stage, material)).or_default() += 1;
+    }
+
+    /// How often each stage was launched so far.
+    pub fn launches(&self) -> BTreeMap<(Stage, Option<MaterialId>), u32> {
+        self.launches.borrow().clone()
+    }
+
+    /// The buffers that all stages see, with their bytes.
+    pub fn buffers(&self) -> Vec<(&'static str, u64)> {
+        let bytes = |id| self.buffers.get(&id).map_or(0, Buffer::bytes);
+        self.plan.layout.buffers().map(|(id, name)| (name, bytes(id))).collect()
     }
 
     fn counters(&self) -> Result<Vec<u32>, Error> {
@@ -392,7 +421,9 @@ impl<'a> Wavefront<'a> {
 
     /// Writes the stages' times to the log.
     pub fn log_times(&self) {
-        for (stage, (launches, time)) in self.times.iter().flat_map(|t| t.borrow().clone()) {
+        for (stage, time) in self.times.iter().flat_map(|t| t.borrow().clone()) {
+            let launches: u32 =
+                self.launches.borrow().iter().filter(|((s, _), _)| *s == stage).map(|(_, count)| count).sum();
             tracing::debug!(stage = stage.name(), launches, ms = time.as_millis() as u64, "stage");
         }
     }
@@ -403,6 +434,7 @@ impl<'a> Wavefront<'a> {
         let picture = self.device.buffer("picture", numbers as u64 * self.precision().real_bytes())?;
         if let Some(kernel) = self.kernels.get(Stage::Resolve, None) {
             self.launch(kernel, samples, Some(&picture), self.pixels)?;
+            self.note(Stage::Resolve, None);
         }
         read_reals(self.device, &picture, numbers, self.precision())
     }
@@ -489,7 +521,7 @@ fn folded(seed: u64) -> u32 {
     (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32
 }
 
-fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
+fn settings(scene: &Scene, plan: &Plan, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
     Setting::ALL.map(|(setting, _)| match setting {
         Setting::Width => scene.film.width,
         Setting::Height => scene.film.height,
@@ -497,6 +529,12 @@ fn settings(scene: &Scene, geometry: &Geometry, spread: Spread) -> [u32; Setting
         Setting::MaxDepth => scene.integrator.max_depth,
         Setting::RouletteFrom => scene.integrator.roulette_from.unwrap_or(u32::MAX),
         Setting::Lights => geometry.lights.len() as u32,
+        Setting::Filter => match scene.filter {
+            Filter::Tent if plan.is_asked(Effect::TentFilter) => 1,
+            Filter::Middle if plan.is_asked(Effect::MiddleFilter) => 2,
+            _ => 0,
+        },
+        Setting::TwoSided => u32::from(plan.is_asked(Effect::TwoSidedEmission)),
         Setting::SlotsPerPixel => spread.slots_per_pixel,
         Setting::Slots | Setting::PixelFirst | Setting::SampleFirst | Setting::SampleEnd => 0,
     })
@@ -519,6 +557,12 @@ fn constants(scene: &Scene, plan: &Plan) -> Vec<f64> {
     put(Constant::LensRadius, &[camera.lens_radius]);
     put(Constant::FocusDistance, &[camera.focus_distance]);
     put(Constant::Environment, &plan.constant_environment);
+    let share = match plan.is_asked(Effect::EnvironmentSampling) {
+        true if plan.is_asked(Effect::Lights) => 0.5,
+        true => 1.0,
+        false => 0.0,
+    };
+    put(Constant::EnvironmentShare, &[share]);
     if plan.has(Effect::CameraSpace) {
         put(Constant::CameraSpace, &[to_world, to_world.inverse()].map(|map| row_major(&map)).concat());
     }

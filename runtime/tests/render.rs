@@ -545,3 +545,26 @@ fn a_study_says_what_each_choice_costs() {
     fails(&at.oslcl(&["bench", "accuracy", "none.toml"]), 1, &["none.toml"]);
     fails(&at.oslcl(&["bench", "accuracy", "s.toml", "--seeds", "1"]), 2, &["--seeds"]);
 }
+
+#[test]
+fn a_target_error_is_reached_and_said() {
+    let at = Folder::new("target");
+    at.write("s.toml", square("shader = \"matte\""));
+    let samples = |error: &str| -> f64 {
+        let run = at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", error]);
+        succeeds(&run);
+        let line = run.err.lines().find(|l| l.starts_with("error ")).unwrap_or_else(|| panic!("{}", run.err));
+        let reached: f64 = line.split_whitespace().nth(1).and_then(|n| n.parse().ok()).expect("a number");
+        assert!(reached <= error.parse().expect("a number"), "{line}");
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let at = words.iter().position(|w| *w == "samples").expect("samples");
+        words[at - 1].parse().expect("a number")
+    };
+    let (coarse, fine) = (samples("0.016"), samples("0.004"));
+    // A quarter of the error takes 16 times the samples, give or take the steps.
+    assert!(fine / coarse > 8.0 && fine / coarse < 32.0, "{coarse} {fine}");
+    for wrong in ["0", "1", "nan", "x"] {
+        fails(&at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", wrong]), 2, &["--target-error"]);
+    }
+    fails(&at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", "0.1", "--spp", "3"]), 2, &["--spp"]);
+}

@@ -14,7 +14,8 @@ pub use alias::AliasTable;
 pub use lights::{Emission, Lights};
 
 use crate::choices::{Choices, TreeQuality};
-use crate::scene::{Instance, Mesh, Scene};
+use crate::plan::Effect;
+use crate::scene::{Instance, Mesh, MeshId, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// What geometry can't be built from.
@@ -102,11 +103,16 @@ impl Geometry {
 
 /// Whether a scene places some mesh more than once.
 pub fn shares_meshes(scene: &Scene) -> bool {
+    shared_meshes(scene).next().is_some()
+}
+
+/// The meshes that a scene places more than once; again for each placement after the first.
+pub fn shared_meshes(scene: &Scene) -> impl Iterator<Item = MeshId> + '_ {
     let mut seen = vec![false; scene.meshes.len()];
     // What is displaced gets a mesh of its own.
     let displaced = |i: &&Instance| scene.materials[i.material.0 as usize].displacement.is_some();
-    let mut shared = scene.instances.iter().filter(|i| !displaced(i));
-    shared.any(|i| std::mem::replace(&mut seen[i.mesh.0 as usize], true))
+    let shared = scene.instances.iter().filter(move |i| !displaced(i)).map(|i| i.mesh);
+    shared.filter(move |m| std::mem::replace(&mut seen[m.0 as usize], true))
 }
 
 /// What geometry says of materials.
@@ -132,7 +138,7 @@ pub fn build(scene: &Scene, materials: &[MaterialUse], choices: &Choices) -> Res
     }
     let mut builder = Builder::new(scene, materials, choices.tree);
     builder.shapes();
-    builder.place(&uses)?;
+    builder.place(&uses, choices.overrides.forces(Effect::Instances))?;
     let mut geometry = builder.out;
     geometry.lights.finish(&geometry.triangle_ids, choices.lights);
     tracing::info!(triangles = geometry.triangle_count(), nodes = geometry.nodes.len() / 16, "geometry built");
@@ -242,10 +248,9 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Builds the trees.
-    fn place(&mut self, uses: &[u32]) -> Result<(), Error> {
-        let shared: Vec<usize> = (0..uses.len()).filter(|m| uses[*m] > 1).collect();
-        if shared.is_empty() {
+    /// Builds the trees; `two_levels` also where one would do.
+    fn place(&mut self, uses: &[u32], two_levels: bool) -> Result<(), Error> {
+        if !two_levels && uses.iter().all(|n| *n <= 1) {
             self.common(uses)?;
             return Ok(());
         }

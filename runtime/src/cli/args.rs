@@ -144,6 +144,12 @@ pub struct ChoiceArgs {
     /// How exact the arithmetic is; the same as --set precision=... [default: the profile's, standard].
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionArg>,
+    /// Simulate an effect (`oslcl plan` lists them) that the scene does not call for: the picture stays the same; may be repeated.
+    #[arg(long, value_name = "EFFECT")]
+    pub force: Vec<String>,
+    /// Leave an effect out that the scene calls for: a warning says what will be wrong; may be repeated.
+    #[arg(long, value_name = "EFFECT")]
+    pub without: Vec<String>,
 }
 
 /// Arguments of `oslcl render`.
@@ -157,6 +163,9 @@ pub struct RenderArgs {
     /// Samples per pixel [default: the scene's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
     pub spp: Option<u32>,
+    /// Take as many samples as this error needs: the root of the relative mean squared error, such as 0.01.
+    #[arg(long, value_name = "ERROR", value_parser = parse_error, conflicts_with_all = ["spp", "time"])]
+    pub target_error: Option<f64>,
     /// Size of the picture in pixels [default: the scene's].
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
@@ -346,6 +355,13 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(s) if s.is_finite() && s > 0.0 => Ok(s),
         _ => Err(format!("`{text}` is not a positive number of seconds")),
+    }
+}
+
+fn parse_error(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(e) if e > 0.0 && e < 1.0 => Ok(e),
+        _ => Err(format!("`{text}` is not a number between 0 and 1")),
     }
 }
 

@@ -3,6 +3,7 @@
 use super::Error;
 use super::args::ChoiceArgs;
 use oslcl_runtime::choices::Choices;
+use oslcl_runtime::plan::Overrides;
 
 /// The profile, then `--set` in order, then `--precision`.
 pub fn of(args: &ChoiceArgs) -> Result<Choices, Error> {
@@ -19,5 +20,6 @@ pub fn of(args: &ChoiceArgs) -> Result<Choices, Error> {
     if let Some(precision) = args.precision {
         choices.precision = precision.into();
     }
+    choices.overrides = Overrides::by_name(&args.force, &args.without).map_err(|e| Error::Usage(e.to_string()))?;
     Ok(choices)
 }

@@ -30,7 +30,7 @@ fn text(plan: &Plan, precision: Precision) -> String {
         } else {
             ("off", String::new())
         };
-        let mut who = d.asked_by.iter().take(3).cloned().collect::<Vec<_>>().join(", ");
+        let mut who = d.asked_by.iter().take(3).map(|a| a.to_string()).collect::<Vec<_>>().join(", ");
         if d.asked_by.len() > 3 {
             let _ = write!(who, " and {} more", d.asked_by.len() - 3);
         }
@@ -60,7 +60,7 @@ fn json(plan: &Plan, precision: Precision) -> String {
                 "effect": d.effect.name(),
                 "text": d.effect.text(),
                 "on": d.is_on(),
-                "asked_by": d.asked_by,
+                "asked_by": d.asked_by.iter().map(|a| a.to_string()).collect::<Vec<_>>(),
                 "macro": d.effect.macro_name(),
                 "bytes_per_path": if d.is_on() { plan.layout.bytes_of(d.effect, precision.real_bytes()) } else { 0 },
                 "buffers": if d.is_on() { plan.layout.buffers_of(d.effect) } else { Vec::new() },

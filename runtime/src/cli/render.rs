@@ -11,6 +11,7 @@ use oslcl_runtime::render::{self, Options, Progress, Summary};
 use oslcl_runtime::roads;
 use oslcl_runtime::scene::{self, Film, Scene};
 use oslcl_runtime::shade::Kind;
+use oslcl_runtime::target::{self, Reached};
 use oslcl_runtime::told::Messages;
 use std::fmt::Write;
 use std::path::Path;
@@ -34,9 +35,25 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     let time_limit = args.time.map(Duration::from_secs_f64);
     let options = Options { choices, road: args.road.into(), time_limit };
     let bar = progress_bar(args.quiet);
-    let result = render::render(&scene, &device, &options, &mut |p| show(&bar, p));
+    let result = match args.target_error {
+        None => {
+            let rendered = render::render(&scene, &device, &options, &mut |p| show(&bar, p));
+            rendered.map(|(picture, summary)| (picture, summary, None))
+        }
+        Some(error) => {
+            let rendered = target::render(&scene, &device, &options, error, &mut |done, error, next| {
+                bar.set_message(if done == 0 {
+                    format!("first {next} samples per pixel")
+                } else {
+                    format!("error {error:.4} at {done} samples per pixel, now to {next}")
+                });
+            });
+            rendered.map(|(picture, summary, reached)| (picture, summary, Some(reached)))
+        }
+    };
     bar.finish_and_clear();
-    let (picture, summary) = result.map_err(|error| say(&args.scene, error))?;
+    let (picture, summary, reached) = result.map_err(|error| say(&args.scene, error))?;
+    scene.integrator.samples = reached.map_or(scene.integrator.samples, |r| r.samples);
     film::write(&args.output, &picture, args.exposure as f32)?;
     if !args.quiet {
         for warning in &summary.warnings {
@@ -44,8 +61,21 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
         }
         terminal::say(&told(&summary.messages));
         terminal::say(&describe(args, &scene, &summary));
+        if let (Some(reached), Some(wanted)) = (reached, args.target_error) {
+            terminal::say(&picked(&reached, wanted));
+        }
     }
     Ok(())
+}
+
+/// What a target error came to.
+fn picked(r: &Reached, wanted: f64) -> String {
+    let (first, samples) = r.pilot;
+    let missed = if r.error > wanted { ", which no number of samples that can be taken reaches" } else { "" };
+    format!(
+        "error      {:.5} for {wanted}{missed}: {} samples per pixel were picked, after an error of {first:.5} at {samples}\n",
+        r.error, r.samples
+    )
 }
 
 /// Reads a scene.

@@ -2,8 +2,10 @@
 //!
 //! In: a scene and its materials' artifacts. Out: [`Decision`]s. Pure: it must not know devices.
 
+use super::asker::Asker;
 use crate::accel;
-use crate::scene::{Filter, Scene};
+use crate::choices::Choices;
+use crate::scene::{Filter, MaterialId, Scene};
 use oslcl_compiler::attributes::asked;
 use oslcl_compiler::{Artifact, Radiance};
 
@@ -97,6 +99,68 @@ impl Effect {
         format!("HAS_{}", self.name().to_uppercase())
     }
 
+    /// Other effects that it can't do without.
+    pub fn needs(self) -> &'static [Effect] {
+        match self {
+            VaryingLights | TwoSidedEmission => &[Lights],
+            VaryingEnvironment => &[Environment],
+            EnvironmentSampling => &[VaryingEnvironment, Surfaces],
+            TextureCubic | TextureClosest => &[Textures],
+            Surfaces | ThinLens | TentFilter | MiddleFilter | Environment | Derivatives | CameraSpace | OtherSpaces
+            | Interactive | Messages | Textures | DoublePrecision => &[],
+            _ => &[Surfaces],
+        }
+    }
+
+    /// What is wrong with the picture of a scene that needs it and is rendered without.
+    pub fn missed(self) -> &'static str {
+        match self {
+            Surfaces => "nothing is there but the environment",
+            ThinLens => "all distances are in focus",
+            TentFilter | MiddleFilter => "pixels are the mean over their square",
+            Lights => "emissive surfaces are found by chance only: the same light with far more noise",
+            VaryingLights => "emissive surfaces that differ from point to point are found by chance only: more noise",
+            TwoSidedEmission => "surfaces emit on their front side alone",
+            Environment => "what lies outside the scene is black",
+            VaryingEnvironment => "the environment is black: its shader is not asked",
+            EnvironmentSampling => "the environment is found by chance only: the same light with more noise",
+            Roulette => "paths end at the greatest depth alone: the same light, later",
+            Instances => "each placement has a copy of its mesh: the same picture but for rounding, with more memory",
+            Displacement => "vertices stay where the mesh has them",
+            Normals => "surfaces are faceted",
+            Uvs => "u and v are those of each triangle, from 0 to 1",
+            Tangents => "dPdu and dPdv are 0",
+            Derivatives => "derivatives are 0: textures are not filtered, filterwidth() is 0",
+            SurfaceArea => "surfacearea() is 0",
+            ObjectSpace => "object and shader space are world space",
+            CameraSpace => "camera space is world space",
+            OtherSpaces => "screen, NDC and raster space are world space",
+            RayType => "raytype() is 0 for all rays",
+            Userdata => "parameters have their defaults, not what the vertices have",
+            Attributes => "getattribute() finds no attributes of objects",
+            Interactive => "parameters keep the values of the scene",
+            Messages => "what shaders print is not heard",
+            Textures => "texture lookups find no file",
+            TextureCubic => "textures are interpolated linearly",
+            TextureClosest => "textures are interpolated linearly",
+            Holdout => "there is no alpha channel: holdouts are black",
+            LobeTransparent => "surfaces block what should pass straight through them",
+            LobeRefraction => "no light is refracted through the surfaces",
+            LobeThinFilm => "there are no colours of thin films",
+            DoublePrecision => "arithmetic has 32 bits",
+            _ => "this part of the reflection is black",
+        }
+    }
+
+    /// The effect of a filter of the film; `None`: the box, which is always there.
+    pub fn of_filter(filter: Filter) -> Option<Effect> {
+        match filter {
+            Filter::Box => None,
+            Filter::Tent => Some(TentFilter),
+            Filter::Middle => Some(MiddleFilter),
+        }
+    }
+
     /// The effect of a lobe, by its name in artifacts.
     pub fn of_lobe(name: &str) -> Option<Effect> {
         Effect::ALL.iter().copied().find(|e| e.name().strip_prefix("lobe_") == Some(name))
@@ -108,21 +172,46 @@ impl Effect {
 pub struct Decision {
     /// Which.
     pub effect: Effect,
-    /// Who asked for it: materials, meshes, settings. Empty: off.
-    pub asked_by: Vec<String>,
+    /// Who asked for it; nobody: off, unless it is forced.
+    pub asked_by: Vec<Asker>,
+    /// On by the user's wish, whoever asked.
+    pub forced: bool,
+    /// Off by the user's wish, whoever asked.
+    pub removed: bool,
 }
 
 impl Decision {
     /// Whether it is on.
     pub fn is_on(&self) -> bool {
-        !self.asked_by.is_empty()
+        !self.removed && (self.forced || !self.asked_by.is_empty())
+    }
+
+    /// Whether it is on because the scene calls for it.
+    pub fn is_asked(&self) -> bool {
+        !self.removed && !self.asked_by.is_empty()
+    }
+
+    /// What will be wrong when the user has removed what the scene calls for.
+    pub fn warning(&self) -> Option<String> {
+        if !self.removed || self.asked_by.is_empty() {
+            return None;
+        }
+        let all: Vec<String> = self.asked_by.iter().map(Asker::to_string).collect();
+        let who = all[..all.len().min(3)].join(", ");
+        let more = if all.len() > 3 { format!(" and {} more", all.len() - 3) } else { String::new() };
+        Some(format!(
+            "warning: without `{}`: {} (asked for by {who}{more})\n",
+            self.effect.name(),
+            self.effect.missed()
+        ))
     }
 }
 
 /// Decides every effect. `materials` has one element per material of the scene, `None` for those that nothing uses.
-pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool) -> Vec<Decision> {
-    let mut asked: Vec<Vec<String>> = vec![Vec::new(); Effect::ALL.len()];
-    let mut ask = |effect: Effect, who: String| {
+pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], choices: &Choices) -> Vec<Decision> {
+    let double = choices.precision.is_double();
+    let mut asked: Vec<Vec<Asker>> = vec![Vec::new(); Effect::ALL.len()];
+    let mut ask = |effect: Effect, who: Asker| {
         let list = &mut asked[effect as usize];
         if !list.contains(&who) {
             list.push(who);
@@ -131,46 +220,55 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], double: bool
     surfaces(scene, materials, &mut ask);
     environment(scene, materials, &mut ask);
     if scene.camera.lens_radius > 0.0 {
-        ask(ThinLens, format!("camera: lens_radius = {}", scene.camera.lens_radius));
+        ask(ThinLens, Asker::setting("camera", format!("lens_radius = {}", scene.camera.lens_radius)));
     }
     if scene.conventions.shared_cubes {
-        ask(SharedCubes, "convention".into());
+        ask(SharedCubes, Asker::setting("conventions", "shared_cubes"));
     }
     match scene.filter {
         Filter::Box => {}
-        Filter::Tent => ask(TentFilter, "filter = tent".into()),
-        Filter::Middle => ask(MiddleFilter, "filter = middle".into()),
+        Filter::Tent => ask(TentFilter, Asker::setting("film", "filter = tent")),
+        Filter::Middle => ask(MiddleFilter, Asker::setting("film", "filter = middle")),
     }
     if let Some(bounce) = scene.integrator.roulette_from {
-        ask(Roulette, format!("integrator: roulette = {bounce}"));
+        ask(Roulette, Asker::setting("integrator", format!("roulette = {bounce}")));
     }
     if double {
-        ask(DoublePrecision, "precision: reference".into());
+        ask(DoublePrecision, Asker::setting("precision", "reference"));
     }
-    Effect::ALL.iter().zip(asked).map(|(effect, asked_by)| Decision { effect: *effect, asked_by }).collect()
+    let overrides = &choices.overrides;
+    let decide = |(effect, asked_by): (&Effect, Vec<Asker>)| Decision {
+        effect: *effect,
+        asked_by,
+        forced: overrides.forces(*effect),
+        removed: overrides.removes(*effect),
+    };
+    Effect::ALL.iter().zip(asked).map(decide).collect()
 }
 
-fn who(scene: &Scene, index: usize) -> String {
-    format!("material `{}`", scene.materials[index].name)
+fn who(scene: &Scene, index: usize) -> Asker {
+    Asker::of_material(MaterialId(index as u32), &scene.materials[index].name)
 }
 
-fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, String)) {
+fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, Asker)) {
     let mut used = vec![false; materials.len()];
     for instance in &scene.instances {
         used[instance.material.0 as usize] = true;
         let mesh = &scene.meshes[instance.mesh.0 as usize];
         if !mesh.normals.is_empty() {
-            ask(Normals, format!("mesh `{}`", mesh.name));
+            ask(Normals, Asker::mesh(&mesh.name, "has normals"));
         }
     }
     if scene.conventions.trusted_normals && !scene.instances.is_empty() {
-        ask(TrustedNormals, "convention".into());
+        ask(TrustedNormals, Asker::setting("conventions", "trusted_normals"));
     }
     if !scene.instances.is_empty() {
-        ask(Surfaces, format!("{} placed meshes", scene.instances.len()));
+        let first = &scene.meshes[scene.instances[0].mesh.0 as usize].name;
+        let how = format!("one of {} placed meshes", scene.instances.len());
+        ask(Surfaces, Asker::mesh(first, how));
     }
-    if accel::shares_meshes(scene) {
-        ask(Instances, "meshes that are placed more than once".into());
+    for mesh in accel::shared_meshes(scene) {
+        ask(Instances, Asker::mesh(&scene.meshes[mesh.0 as usize].name, "placed more than once"));
     }
     let mut wants_uv = false;
     for (index, material) in materials.iter().enumerate() {
@@ -178,7 +276,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         let artifact = code;
         let who = who(scene, index);
         if let Some(by) = scene.materials[index].displacement {
-            let asked = format!("{who}: displacement = {}", scene.materials[by.0 as usize].name);
+            let asked = who.because(format!("displacement = {}", scene.materials[by.0 as usize].name));
             // A bump gives normals to meshes that have none.
             ask(Normals, asked.clone());
             ask(Displacement, asked);
@@ -219,7 +317,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         for global in &artifact.globals {
             match *global {
                 "dPdu" | "dPdv" => {
-                    ask(Tangents, format!("{who}: {global}"));
+                    ask(Tangents, who.because(*global));
                     wants_uv = true;
                 }
                 "u" | "v" => wants_uv = true,
@@ -231,16 +329,16 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh.0 as usize];
             if !mesh.uvs.is_empty() {
-                ask(Uvs, format!("mesh `{}`", mesh.name));
+                ask(Uvs, Asker::mesh(&mesh.name, "has texture coordinates"));
             }
         }
     }
 }
 
 /// Texture files, and the samples that are taken of them.
-fn textures(artifact: &Artifact, who: &str, ask: &mut dyn FnMut(Effect, String)) {
+fn textures(artifact: &Artifact, who: &Asker, ask: &mut dyn FnMut(Effect, Asker)) {
     for texture in &artifact.textures {
-        let who = format!("{who}: {}", texture.file);
+        let who = who.because(format!("\"{}\"", texture.file));
         for interp in &texture.interps {
             match *interp {
                 "cubic" | "smartcubic" => ask(TextureCubic, who.clone()),
@@ -253,18 +351,18 @@ fn textures(artifact: &Artifact, who: &str, ask: &mut dyn FnMut(Effect, String))
 }
 
 /// What the renderer supplies beside the globals.
-fn inputs(artifact: &Artifact, who: &str, ask: &mut dyn FnMut(Effect, String)) {
+fn inputs(artifact: &Artifact, who: &Asker, ask: &mut dyn FnMut(Effect, Asker)) {
     for slot in &artifact.inputs.userdata {
         let attribute = asked(&slot.name).map(|(name, _)| name);
         let effect = if attribute.is_some() { Attributes } else { Userdata };
-        ask(effect, format!("{who}: {}", attribute.unwrap_or(&slot.name)));
+        ask(effect, who.because(attribute.unwrap_or(&slot.name)));
     }
     for slot in &artifact.inputs.interactive {
-        ask(Interactive, format!("{who}: {}", slot.name));
+        ask(Interactive, who.because(slot.name.as_str()));
     }
 }
 
-fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, String)) {
+fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(Effect, Asker)) {
     let Some(id) = scene.environment else { return };
     let Some(code) = &materials[id.0 as usize] else { return };
     let who = who(scene, id.0 as usize);

@@ -173,11 +173,13 @@ pub enum Setting {
     PixelFirst,
     SampleFirst,
     SampleEnd,
+    Filter,
+    TwoSided,
 }
 
 impl Setting {
     /// All, in the order of the buffer.
-    pub const ALL: [(Setting, &'static str); 11] = [
+    pub const ALL: [(Setting, &'static str); 13] = [
         (Setting::Width, "width"),
         (Setting::Height, "height"),
         (Setting::Seed, "seed"),
@@ -189,6 +191,8 @@ impl Setting {
         (Setting::PixelFirst, "pixel_first"),
         (Setting::SampleFirst, "sample_first"),
         (Setting::SampleEnd, "sample_end"),
+        (Setting::Filter, "filter"),
+        (Setting::TwoSided, "two_sided"),
     ];
 }
 
@@ -206,11 +210,12 @@ pub enum Constant {
     FocusDistance,
     Environment,
     CameraSpace,
+    EnvironmentShare,
 }
 
 impl Constant {
     /// All, in the order of the buffer, with their number of reals.
-    pub const ALL: [(Constant, &'static str, u32); 10] = [
+    pub const ALL: [(Constant, &'static str, u32); 11] = [
         (Constant::CameraPosition, "camera_position", 3),
         (Constant::CameraForward, "camera_forward", 3),
         (Constant::CameraRight, "camera_right", 3),
@@ -221,6 +226,7 @@ impl Constant {
         (Constant::FocusDistance, "focus_distance", 1),
         (Constant::Environment, "environment", 3),
         (Constant::CameraSpace, "camera_space", 32),
+        (Constant::EnvironmentShare, "environment_share", 1),
     ];
 
     /// Index of its first real.

@@ -3,12 +3,16 @@
 //! In: a scene and the artifacts of its materials. Out: [`Plan`], which the wavefront carries out and `oslcl plan` prints.
 //! Pure: it must not know devices, and can be tested without one.
 
+mod asker;
 mod effects;
 mod layout;
+mod overrides;
 mod stages;
 
+pub use asker::{Asker, Part};
 pub use effects::{Decision, Effect};
 pub use layout::{BufferId, Constant, Counter, Layout, Setting};
+pub use overrides::{EffectSet, Overrides, UnknownEffect};
 pub use stages::{ProgramPlan, Stage};
 
 use crate::accel::{Emission, MaterialUse};
@@ -39,19 +43,24 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plans a scene. `materials`: one element per material of the scene, `None` where nothing uses it.
-    pub fn new(scene: &Scene, materials: &[Option<Artifact>], choices: &Choices) -> Plan {
-        let decisions = effects::decide(scene, materials, choices.precision.is_double());
+    /// Plans a scene. `scene`: as [`Overrides::apply`] leaves what is `written`. `materials`: one element per material of the
+    /// scene, `None` where nothing uses it.
+    pub fn new(written: &Scene, scene: &Scene, materials: &[Option<Artifact>], choices: &Choices) -> Plan {
+        let decisions = effects::decide(written, materials, choices);
         let on: BTreeSet<Effect> = decisions.iter().filter(|d| d.is_on()).map(|d| d.effect).collect();
         let surface_materials = surface_materials(scene);
-        let varying: Vec<MaterialId> =
-            surface_materials.iter().copied().filter(|m| sampled(scene, materials, *m) == Radiance::Varying).collect();
+        let asks = on.contains(&Effect::VaryingLights);
+        let varies = |m: &MaterialId| asks && sampled(scene, materials, *m) == Radiance::Varying;
+        let varying: Vec<MaterialId> = surface_materials.iter().copied().filter(varies).collect();
+        let has_lights = on.contains(&Effect::Lights);
         let layout = Layout::new(on, surface_materials.len() as u32, varying.len() as u32);
         let uses = (0..materials.len() as u32)
             .map(MaterialId)
             .map(|m| MaterialUse {
                 emission: match sampled(scene, materials, m) {
+                    _ if !has_lights => Emission::None,
                     Radiance::None => Emission::None,
+                    Radiance::Varying if !asks => Emission::None,
                     Radiance::Constant(rgb) => Emission::Constant(rgb),
                     Radiance::Varying => Emission::Varying { queue: layout.light_queue(place(&varying, m)) },
                 },
@@ -68,7 +77,7 @@ impl Plan {
         let mut plan = Plan {
             decisions,
             layout,
-            choices: *choices,
+            choices: choices.settled(),
             programs: Vec::new(),
             materials: uses,
             constant_environment,
@@ -92,6 +101,21 @@ impl Plan {
     /// Whether an effect is on.
     pub fn has(&self, effect: Effect) -> bool {
         self.decisions.iter().any(|d| d.effect == effect && d.is_on())
+    }
+
+    /// Whether an effect is on because the scene calls for it.
+    pub fn is_asked(&self, effect: Effect) -> bool {
+        self.decisions.iter().any(|d| d.effect == effect && d.is_asked())
+    }
+
+    /// Whether the user has an effect off.
+    pub fn is_removed(&self, effect: Effect) -> bool {
+        self.choices.overrides.removes(effect)
+    }
+
+    /// What will be wrong because of what the user has off.
+    pub fn warnings(&self) -> impl Iterator<Item = String> + '_ {
+        self.decisions.iter().filter_map(Decision::warning)
     }
 
     /// The macros that every program has: `HAS_` and the name of each effect that is on.

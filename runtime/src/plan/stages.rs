@@ -90,7 +90,8 @@ pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>
         if code.emission != Radiance::None {
             macros.push("MATERIAL_EMITS".to_owned());
         }
-        if code.emission == Radiance::Varying && scene.materials[id.0 as usize].sampled_light {
+        let is_sampled = scene.materials[id.0 as usize].sampled_light;
+        if code.emission == Radiance::Varying && is_sampled && plan.has(Effect::VaryingLights) {
             stages.extend([Stage::ShadeLight, Stage::LightPower]);
         }
         out.push(of_material(plan, scene, materials, id, stages, macros));
@@ -107,13 +108,32 @@ pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>
     out
 }
 
-/// The plan's macros, but of lobes and inputs only those that this material has.
+/// The plan's macros, but of lobes and inputs only those that this material has, or that are forced; and what its code has to
+/// do without.
 fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
-    let mut out: Vec<String> = plan.macros().into_iter().filter(|m| !m.starts_with("HAS_LOBE_")).collect();
+    let forced: Vec<String> = plan.decisions.iter().filter(|d| d.forced).map(|d| d.effect.macro_name()).collect();
+    let of_others = |m: &String| m.starts_with("HAS_LOBE_") && !forced.contains(m);
+    let mut out: Vec<String> = plan.macros().into_iter().filter(|m| !of_others(m)).collect();
+    let mut lobes = Vec::new();
     for own in preamble::macros(code) {
+        let removed = Effect::ALL.iter().find(|e| e.macro_name() == own && plan.is_removed(**e));
+        match removed {
+            Some(Effect::TextureCubic | Effect::TextureClosest) => continue,
+            Some(Effect::LobeThinFilm) => {
+                out.push("WITHOUT_LOBE_THIN_FILM".to_owned());
+                continue;
+            }
+            // The code names the constructor.
+            Some(lobe) if own.starts_with("HAS_LOBE_") => lobes.push(format!("1u << {}", lobe.name().to_uppercase())),
+            Some(Effect::Textures) => out.push("WITHOUT_TEXTURES".to_owned()),
+            _ => {}
+        }
         if !out.contains(&own) {
             out.push(own);
         }
+    }
+    if !lobes.is_empty() {
+        out.push(format!("WITHOUT_LOBES ({})", lobes.join(" | ")));
     }
     out
 }
@@ -136,7 +156,7 @@ fn of_material(
         macros.push(format!("MATERIAL_INTERACTIVE {}u", plan.interactive[id.0 as usize]));
     }
     macros.push(format!("MATERIAL_ENTRY {}", code.entry));
-    if !code.sites.is_empty() {
+    if !code.sites.is_empty() && plan.has(Effect::Messages) {
         macros.push(format!("MATERIAL_NUMBER {}u", id.0));
     }
     ProgramPlan {
@@ -144,6 +164,9 @@ fn of_material(
         label,
         stages,
         macros,
-        code: preamble::code(code).to_owned() + &vertex_data::code(code, materials),
+        code: preamble::code(code).to_owned()
+            + &vertex_data::code(code, materials, &|slot| {
+                plan.has(if vertex_data::is_attribute(slot) { Effect::Attributes } else { Effect::Userdata })
+            }),
     }
 }

@@ -62,7 +62,7 @@ pub type Attributes = Vec<(String, ParamValue)>;
 pub struct MeshId(pub u32);
 
 /// Index into [`Scene::materials`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MaterialId(pub u32);
 
 /// A perspective camera, pinhole or thin lens.
