@@ -192,10 +192,9 @@ const RAY_TYPES: [(&str, u32); 6] =
 
 /// Where textures are and how they are read: `searchpath:texture` of `--options`, `searchpath` and `automip` of `--texoptions`.
 fn textures(args: &Args) -> textures::Settings {
-    let value = |name: &str| args.options.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v.as_str());
-    let folders = value("searchpath:texture").or_else(|| value("searchpath")).unwrap_or("");
+    let folders = args.option("searchpath:texture").or_else(|| args.option("searchpath")).unwrap_or("");
     let search = folders.split([':', ';', ',']).filter(|f| !f.is_empty()).map(PathBuf::from).collect();
-    textures::Settings { search, automip: value("automip") != Some("0") }
+    textures::Settings { search, automip: args.option("automip") != Some("0") }
 }
 
 /// The points.
