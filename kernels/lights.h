@@ -170,6 +170,7 @@ static inline int sample_lights(const Context *c, real3 P, uint4 bits, LightSamp
 {
 #ifdef HAS_ENVIRONMENT_SAMPLING
     const real share = ENVIRONMENT_SHARE;
+    // Where there are both, the highest bit chooses, half and half.
     const int environment = share == 1 || (share > 0 && bits.x < 0x80000000u);
     if (share > 0 && share < 1) bits.x <<= 1;
     if (environment) return sample_environment(c, bits, s);

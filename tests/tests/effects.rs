@@ -44,7 +44,7 @@ struct Made {
 fn make(scene: &Scene, force: &[Effect], without: &[Effect], precision: Precision) -> Made {
     let device = device().lock().unwrap_or_else(|e| e.into_inner());
     let overrides = Overrides::new(force.iter().copied(), without.iter().copied());
-    let options = Options { choices: Choices { overrides, ..precision.into() }, time_limit: None };
+    let options = Options { choices: Choices { overrides, ..precision.into() }, ..Options::default() };
     let mut session = Session::new(scene, &device, &options).unwrap_or_else(|e| panic!("{force:?} {without:?}: {e}"));
     // Where it is not interactive it keeps its value.
     let _ = session.set(MaterialId(0), "live", &ParamValue::Float(0.25));
@@ -247,7 +247,7 @@ fn needs(effect: Effect) -> Scene {
             ),
             FLAT_SKY,
         ),
-        DoublePrecision => lit(WHITE),
+        DoublePrecision | SharedCubes | TrustedNormals => lit(WHITE),
     }
 }
 
@@ -321,7 +321,9 @@ fn symbols(effect: Effect) -> (&'static [&'static str], &'static [&'static str],
         LobeSheen => (&["closure_sheen"], &[], &[]),
         LobeChiangHair => (&["PATH_lobe_c4"], &[], &[]),
         TentFilter | MiddleFilter | TwoSidedEmission | Environment | Roulette | Displacement | Tangents
-        | CameraSpace | TextureCubic | TextureClosest | DoublePrecision => (&[], &[], &[]),
+        | CameraSpace | TextureCubic | TextureClosest | DoublePrecision | SharedCubes | TrustedNormals => {
+            (&[], &[], &[])
+        }
     }
 }
 
@@ -411,7 +413,7 @@ fn is_defined(text: &str, effect: Effect) -> bool {
 
 /// The tests take every fourth effect each: the device is one, but texts and materials are prepared beside it.
 fn quarter(which: usize) -> impl Iterator<Item = Effect> {
-    Effect::ALL.iter().copied().skip(which).step_by(4)
+    Effect::choosable().skip(which).step_by(4)
 }
 
 fn forced_changes_nothing(effects: impl Iterator<Item = Effect>) {
@@ -515,7 +517,7 @@ quarters!(removed_is_missed: removed_is_missed_1 0, removed_is_missed_2 1, remov
 
 #[test]
 fn all_effects_together_change_nothing_either() {
-    let all: Vec<Effect> = Effect::ALL.iter().copied().filter(|e| *e != Effect::DoublePrecision).collect();
+    let all: Vec<Effect> = Effect::choosable().filter(|e| *e != Effect::DoublePrecision).collect();
     for scene in [under(lit(WHITE), SKY), under(tiny(), FLAT_SKY)] {
         let plain = make(&scene, &[], &[], Precision::Standard);
         let forced = make(&scene, &all, &[], Precision::Standard);
