@@ -4,7 +4,7 @@ CARGO ?= cargo
 OSLCL := target/release/oslcl
 OUT := out
 
-.PHONY: help render test hard-cases osl-suite build device lint clean
+.PHONY: help render test hard-cases osl-suite build device spirv-tools lint clean
 
 help: ## List the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -13,7 +13,7 @@ render: device ## Build, then render the gallery of shipped materials to out/gal
 	mkdir -p $(OUT)
 	$(OSLCL) render scenes/gallery.toml -o $(OUT)/gallery.png
 
-test: lint device ## Format, lints, documentation and every test
+test: lint device spirv-tools ## Format, lints, documentation and every test
 	$(CARGO) test --release --workspace --no-fail-fast
 
 hard-cases: device ## Run all hard cases on every OpenCL device found, and write what they measure to docs/reports/stability.md
@@ -27,6 +27,9 @@ build: ## Build the oslcl command
 
 device: build ## Make sure that there is an OpenCL device, from the system's packages when there is none
 	scripts/ensure-device $(OSLCL)
+
+spirv-tools: ## Make sure that the tools of the SPIR-V road are there, from the system's packages
+	scripts/ensure-spirv-tools
 
 lint: ## Format, clippy and rustdoc, each where its tool is installed
 	scripts/lint

@@ -12,7 +12,8 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(20);
 
 fn grid(source: &str) -> Result<Output, Failure> {
-    compile(source, &Options { entry: Entry::Grid(vec!["f".into()]), ..Options::default() }, &NoIncludes)
+    let options = Options { entry: Entry::Grid(vec!["f".into()]), spirv: true, ..Options::default() };
+    compile(source, &options, &NoIncludes)
 }
 
 /// Compiles in time, whatever comes out; the codes of the errors.

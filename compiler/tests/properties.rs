@@ -158,7 +158,8 @@ proptest! {
         let (name, text) = which.get(&CORPUS);
         let source = damaged(text, &damages);
         for entry in [Entry::Material, Entry::Grid(vec!["f".into(), "Ci".into()])] {
-            let options = Options { file_name: name.clone(), entry, line_directives: true, ..Options::default() };
+            let options =
+                Options { file_name: name.clone(), entry, line_directives: true, spirv: true, ..Options::default() };
             if let Err(failure) = compile(&source, &options, &NoIncludes) {
                 prop_assert!(!failure.diagnostics.is_empty());
                 prop_assert!(!failure.to_string().contains("internal error"), "{failure}\n{source}");
@@ -172,6 +173,8 @@ proptest! {
         prop_assert!(low.is_ok(), "{:?}\n{source}", low.err());
         let optimised = optimised("generated.osl", &source);
         prop_assert!(optimised.is_ok(), "{:?}\n{source}", optimised.err());
+        let written = compile(&source, &Options { spirv: true, ..Options::default() }, &NoIncludes);
+        prop_assert!(written.is_ok(), "{:?}\n{source}", written.err());
         for shader in low.into_iter().chain(optimised) {
             prop_assert!(ir::verify(&shader).is_ok(), "{:?}\n{source}", ir::verify(&shader));
             reads_back(&source, &shader);

@@ -349,3 +349,34 @@ fn malformed_groups_name_the_line_of_the_scene() {
         fails(&oslcl(&at, &["plan", "scene.toml"]), 1, &["E4017", place]);
     }
 }
+
+#[test]
+fn every_form_is_written() {
+    let at = folder("emit");
+    write(&at, "good.osl", GOOD);
+    succeeds(&oslcl(&at, &["compile", "good.osl", "--emit", "spirv,ir", "--emit", "json"]));
+    assert_eq!(listing(&at), ["good.ir", "good.json", "good.osl", "good.spv", "good.spv.cl"]);
+    let words = fs::read(at.join("good.spv")).expect("a module");
+    assert_eq!(words[..4], [0x03, 0x02, 0x23, 0x07], "the magic number, lowest byte first");
+    assert!(fs::read_to_string(at.join("good.ir")).expect("the IR").contains("good"));
+    let bridge = fs::read_to_string(at.join("good.spv.cl")).expect("the bridge");
+    assert!(bridge.contains("_il(") && !bridge.contains("#include"), "it stands alone");
+    succeeds(&oslcl(&at, &["compile", "good.osl", "--emit", "spirv", "--precision", "reference"]));
+    assert_ne!(fs::read(at.join("good.spv")).expect("a module"), words);
+    fails(&oslcl(&at, &["compile", "good.osl", "--emit", "exe"]), 2, &["exe", "bitcode"]);
+}
+
+#[test]
+fn missing_tools_are_named() {
+    let at = folder("tools");
+    write(&at, "good.osl", GOOD);
+    let run = |args: &[&str]| finish(command(&at, args).env("PATH", "/nowhere").output().expect("oslcl starts"));
+    let bitcode = run(&["compile", "good.osl", "--emit", "bitcode"]);
+    fails(&bitcode, 1, &["clang: none", "llvm-link: none", "llvm-spirv: none", "apt-get install"]);
+    assert_eq!(listing(&at), ["good.osl"]);
+    // A device that takes SPIR-V itself needs none; one that takes nothing of the kind says so.
+    let shade = run(&["shade", "good.osl", "--road", "spirv"]);
+    let takes_it = shade.code == Some(0) && shade.out.contains("Cout 0.5");
+    let says_why = shade.err.contains("apt-get install") || shade.err.contains("takes no SPIR-V");
+    assert!(takes_it || says_why, "out: {}\nerr: {}", shade.out, shade.err);
+}

@@ -64,6 +64,18 @@ const WALLS: &[Wall] = &[
         except: &[],
     },
     Wall {
+        place: "compiler/src/backend/spirv",
+        forbidden: &["opencl_c"],
+        why: "back ends do not know each other",
+        except: &[],
+    },
+    Wall {
+        place: "compiler/src/backend/opencl_c",
+        forbidden: &["spirv"],
+        why: "back ends do not know each other",
+        except: &[],
+    },
+    Wall {
         place: "compiler/src",
         forbidden: &["std::fs", "std::env", "std::time", "std::net", "std::process", "opencl3", "println!", "unsafe {"],
         why: "the compiler does no IO, reads no clock and knows no device",

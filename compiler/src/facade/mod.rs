@@ -96,6 +96,9 @@ pub struct Options {
     pub color_system: ColorSystem,
     /// Unknown kinds of noise are reported when the shader runs, as by the reference implementation; otherwise they are errors.
     pub unknown_noise_runs: bool,
+    /// Indices out of range are reported when the shader runs, as by the reference implementation; either way they count as
+    /// the nearest one. It costs time at each index that is no constant.
+    pub range_checks: bool,
     /// What vendors' closures look like, before our own mappings: OSL texts, see [`crate::vendor`].
     pub closures: Vec<vendor::Mapping>,
     /// What to write.
@@ -134,6 +137,7 @@ impl Default for Options {
             spaces: Vec::new(),
             color_system: ColorSystem::default(),
             unknown_noise_runs: false,
+            range_checks: false,
             closures: Vec::new(),
             entry: Entry::Material,
             userdata: None,
@@ -408,6 +412,7 @@ fn settings(options: &Options) -> lower::Settings {
         spaces: options.spaces.clone(),
         color_system: options.color_system.clone(),
         unknown_noise_runs: options.unknown_noise_runs,
+        range_checks: options.range_checks,
     }
 }
 

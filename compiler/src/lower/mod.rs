@@ -15,6 +15,7 @@ mod expr;
 mod host;
 mod noise;
 mod place;
+mod range;
 mod spaces;
 mod special;
 mod stmt;
@@ -43,10 +44,18 @@ pub struct Settings {
     pub color_system: ColorSystem,
     /// Unknown kinds of noise are reported when the shader runs, as by the reference implementation; otherwise they are errors.
     pub unknown_noise_runs: bool,
+    /// Indices out of range are reported when the shader runs. It costs time at each index that is no constant.
+    pub range_checks: bool,
 }
 
 /// Stands in the formats of reports for `FILE:LINE` of the call: only who has the sources can tell it (the facade does).
 pub const PLACE: &str = "\u{1}place";
+
+/// Stands in the formats of reports for the group's name: `link` knows it.
+pub const GROUP: &str = "\u{1}group";
+
+/// Stands in the formats of reports for the layer's number and name: `link` knows them.
+pub const LAYER: &str = "\u{1}layer";
 
 /// Lowers a checked shader for a renderer with default settings.
 pub fn lower(checked: &Checked) -> Result<ir::Shader, Vec<Diagnostic>> {
@@ -76,6 +85,8 @@ pub fn lower_for(checked: &Checked, settings: &Settings) -> Result<ir::Shader, V
         too_large: false,
         exiting: exit::exiting(shader),
         exited: None,
+        guards: 0,
+        left_branch: false,
     };
     for param in &shader.params {
         lower.param(param);
@@ -107,10 +118,14 @@ pub(crate) struct Lower<'a> {
     frames: Vec<Frame>,
     errors: Vec<Diagnostic>,
     too_large: bool,
-    /// For each function whether it may end the shader; empty when none does.
-    exiting: Vec<bool>,
+    /// For each function whether it may end the shader; `None` when only statements of the shader's body do.
+    exiting: Option<Vec<bool>>,
     /// Set to 1 by `exit()` in a function; made on first use.
     exited: Option<LocalId>,
+    /// Blocks that the present statement opened behind calls of `exit()`.
+    guards: u32,
+    /// A branch that was just lowered may have ended the shader.
+    left_branch: bool,
 }
 
 /// The IR's type of an OSL base type that is no struct.

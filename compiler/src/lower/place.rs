@@ -59,24 +59,28 @@ impl Lower<'_> {
     pub(super) fn place(&mut self, e: &Expr) -> Place {
         match &e.kind {
             ExprKind::Var(id) => Place::whole(self.variable(*id)),
-            ExprKind::Index(base, index) => {
-                let base = self.place(base);
+            ExprKind::Index(of, index) => {
+                let base = self.place(of);
                 let index = self.expr(index);
+                self.check_element(of, &base, index, e.span);
                 match base {
                     Place::Stored(storage, _) => Place::Stored(storage, Some(index)),
                     other => other,
                 }
             }
             ExprKind::Field(base, index) => self.place(base).field(*index),
-            ExprKind::Component(base, index) => {
-                let base = self.place(base);
+            ExprKind::Component(of, index) => {
+                let base = self.place(of);
                 let index = self.expr(index);
+                self.check_component(of, index, e.span);
                 Place::Component(Box::new(base), index)
             }
-            ExprKind::Element(base, row, column) => {
-                let base = self.place(base);
+            ExprKind::Element(of, row, column) => {
+                let base = self.place(of);
                 let row = self.expr(row);
                 let column = self.expr(column);
+                self.check_component(of, row, e.span);
+                self.check_component(of, column, e.span);
                 Place::Element(Box::new(base), row, column)
             }
             ExprKind::Convert(inner) if matches!(inner.ty.base, crate::types::Base::Struct(_)) => self.place(inner),
@@ -178,9 +182,10 @@ impl Lower<'_> {
             }
             ExprKind::Ternary(cond, a, b) => {
                 let cond = self.expr(cond);
-                let then = self.in_block(|l| l.assign_expr(place, a));
-                let otherwise = self.in_block(|l| l.assign_expr(place, b));
+                let then = self.branch(a.span, |l| l.assign_expr(place, a));
+                let otherwise = self.branch(b.span, |l| l.assign_expr(place, b));
                 self.push(Stmt::If(cond, then, otherwise));
+                self.guard_rest();
             }
             ExprKind::Comma(parts) => {
                 if let Some((last, head)) = parts.split_last() {

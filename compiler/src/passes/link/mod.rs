@@ -22,6 +22,7 @@ pub use join::shift_diagnostic;
 use super::specialise::specialise;
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, Const, Inst, LocalKind, Shader, Source, Stmt};
+use crate::lower::{GROUP, LAYER};
 
 /// What a value says beside itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -135,7 +136,7 @@ pub fn link(request: &Request<'_>) -> Result<(Shader, Vec<String>), Vec<Diagnost
         if layers.iter().any(|other| other.name == part.name) {
             errors.push(Diagnostic::global("E4013", format!("two layers of the group are named `{}`", part.name)));
         }
-        match bind(part, request.name) {
+        match bind(part, layers.len(), request.name) {
             Ok(mut layer) => {
                 for (reads, param) in layer.reads.iter_mut().zip(&layer.shader.params) {
                     let is = |name: &String| match layer.name.as_str() {
@@ -215,10 +216,11 @@ pub fn link(request: &Request<'_>) -> Result<(Shader, Vec<String>), Vec<Diagnost
 }
 
 /// A layer's own shader with its values.
-fn bind(part: &Part<'_>, group: &str) -> Result<Layer, Vec<Diagnostic>> {
+fn bind(part: &Part<'_>, index: usize, group: &str) -> Result<Layer, Vec<Diagnostic>> {
     let mut shader = part.shader.clone();
     join::shift_files(&mut shader, part.first_file);
     name_layer(&mut shader, part.name, group);
+    name_in_reports(&mut shader, index, part.name, group);
     let values: Vec<(String, Const)> = part.settings.iter().map(|s| (s.name.clone(), s.value.clone())).collect();
     specialise(&mut shader, &values)?;
     let reads = shader.params.iter().map(|param| {
@@ -284,6 +286,21 @@ fn name_layer(shader: &mut Shader, layer: &str, group: &str) {
     }
     for (value, text) in named {
         shader.values[value.0 as usize].inst = Inst::Const(Const::Str(text.to_owned()));
+    }
+}
+
+/// Puts the group's and the layer's names where reports have [`GROUP`] and [`LAYER`].
+fn name_in_reports(shader: &mut Shader, index: usize, layer: &str, group: &str) {
+    // What the reference implementation calls a group without a name.
+    let group = if group.is_empty() { "unnamed_group_1" } else { group };
+    let escaped = |name: &str| name.replace('%', "%%");
+    for value in &mut shader.values {
+        if let Inst::Const(Const::Str(text)) = &mut value.inst
+            && text.contains(GROUP)
+        {
+            let layer = format!("{index} {}", escaped(layer));
+            *text = text.replace(GROUP, &escaped(group)).replace(LAYER, &layer);
+        }
     }
 }
 

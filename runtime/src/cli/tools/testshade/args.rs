@@ -71,6 +71,13 @@ pub struct Args {
     pub from_source: bool,
 }
 
+impl Args {
+    /// The last value of an option inside `--options` or `--texoptions`.
+    pub fn option(&self, name: &str) -> Option<&str> {
+        self.options.iter().rev().find(|(n, _)| n == name).map(|(_, value)| value.as_str())
+    }
+}
+
 impl Default for Args {
     fn default() -> Args {
         Args {
@@ -171,7 +178,11 @@ const TABLE: &[Spec] = &[
     spec(&["vary_vdxdy"], Takes::Nothing, "Let Dx(v) and Dy(v) vary"),
     spec(&["scaleuv", "scalest"], Takes::Values(2), "U V: scale u and v"),
     spec(&["offsetuv", "offsetst"], Takes::Values(2), "U V: add to u and v"),
-    spec(&["options"], Takes::Values(1), "LIST: `name=value` with commas; searchpath:shader, error_repeats"),
+    spec(
+        &["options"],
+        Takes::Values(1),
+        "LIST: `name=value` with commas; searchpath:shader, error_repeats, range_checking",
+    ),
     spec(&["texoptions"], Takes::Values(1), "LIST: `name=value` with commas; searchpath"),
     spec(&["colorspace"], Takes::Values(1), "NAME: the working colour space"),
     spec(&["userdata"], Takes::Values(2), "NAME VALUE: data that interpolated parameters find (type=)"),

@@ -29,6 +29,7 @@ impl Shaders {
         let options = Options {
             spaces: grid::SPACES.map(str::to_owned).into(),
             unknown_noise_runs: true,
+            range_checks: args.option("range_checking") != Some("0"),
             color_system: args.colorspace.as_deref().and_then(ColorSystem::by_name).unwrap_or_default(),
             ..Options::default()
         };

@@ -1,0 +1,94 @@
+//! Runs `testshade` as scripts do: what it prints, stores and says at run time.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// An empty folder of the test's own, with these shaders.
+fn folder(test: &str, shaders: &[(&str, &str)]) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("testshade").join(test);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).expect("a folder for the test");
+    for (name, text) in shaders {
+        fs::write(path.join(format!("{name}.osl")), text).expect("a shader");
+    }
+    path
+}
+
+/// Standard output and standard error of a run that succeeds.
+fn testshade(at: &Path, args: &[&str]) -> (String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_oslcl"));
+    let output = command.current_dir(at).arg("testshade").args(args).stdin(Stdio::null()).output().expect("it starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("the output is UTF-8");
+    let (out, err) = (text(output.stdout), text(output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{out}\n{err}");
+    (out, err)
+}
+
+const RANGE: &str = "struct pair { float f[2]; };\n\
+shader range(output float Cout = 0)\n{\n\
+    int a[3] = { 1, 2, 3 };\n    vector V = vector(4, 5, 6);\n    matrix M = 7;\n    pair p;\n    p.f[0] = 8; p.f[1] = 9;\n\
+    for (int i = 2; i < 4; ++i)\n        printf(\"%d %g\\n\", a[i],\n               V[i]);\n\
+    M[int(u) + 4][0] = 1;\n    printf(\"%g\\n\", p.f[-1 - int(u)]);\n}\n";
+
+#[test]
+fn indices_out_of_range_are_reported_and_clamped() {
+    let at = folder("range", &[("range", RANGE)]);
+    let (out, err) = testshade(&at, &["--groupname", "g", "-layer", "top", "range"]);
+    assert_eq!(out, "3 6\n3 6\n8\n\n");
+    let said =
+        |what: &str, line: u32| format!("ERROR: Index {what}: range.osl:{line} (group g, layer 0 top, shader range)\n");
+    let all = [("[3] out of range a[0..2]", 10), ("[3] out of range V[0..2]", 11)];
+    let more = [("[4] out of range M[0..3]", 12), ("[-1] out of range p.f[0..1]", 13)];
+    assert_eq!(err, all.iter().chain(&more).map(|(what, line)| said(what, *line)).collect::<String>());
+    // Who does not want to know does not pay for it.
+    let (out, err) = testshade(&at, &["--options", "range_checking=0", "range"]);
+    assert_eq!((out.as_str(), err.as_str()), ("3 6\n3 6\n8\n\n", ""));
+}
+
+const DATA: &str = "shader data(output float Cout = 0)\n{\n    float f = -1; color c = -1; int i = -1; string s = \"none\";\n\
+    int found = getattribute(\"f\", f) + 2 * getattribute(\"c\", c) + 4 * getattribute(\"i\", i);\n\
+    found += 8 * getattribute(\"s\", s) + 16 * getattribute(\"f\", i);\n\
+    printf(\"%g %g %d %s %d\\n\", f, c, i, s, found);\n}\n";
+
+#[test]
+fn getattribute_falls_back_to_userdata() {
+    let at = folder("data", &[("data", DATA)]);
+    let (out, _) = testshade(
+        &at,
+        &[
+            "--userdata:type=float",
+            "f",
+            "42",
+            "--userdata:type=color",
+            "c",
+            "1,2,3",
+            "--userdata",
+            "i",
+            "7",
+            "--userdata",
+            "s",
+            "text",
+            "data",
+        ],
+    );
+    // Data of another type is none.
+    assert_eq!(out, "42 1 2 3 7 text 15\n\n");
+    let (out, _) = testshade(&at, &["data"]);
+    assert_eq!(out, "-1 -1 -1 -1 -1 none 0\n\n");
+}
+
+#[test]
+fn integers_in_pictures_are_parts_of_the_largest() {
+    let at = folder("ints", &[("ints", "shader ints(output int i = 0) { i = u > 0.5 ? 1073741824 : -1; }")]);
+    for depth in ["float", "int"] {
+        let args = ["-g", "2", "1", "-o", "i", "i.tif", "-od", "float", "ints"];
+        let args = if depth == "int" { [&args[..5], &["i.tif", "ints"]].concat() } else { args.to_vec() };
+        testshade(&at, &args);
+        // What is stored is read back by shaders.
+        let look = "shader look(output color c = 0) { for (int x = 0; x < 2; ++x)\n\
+            printf(\"%.3f\\n\", float(texture(\"i.tif\", 0.25 + 0.5 * x, 0.5, \"interp\", \"closest\"))); }";
+        fs::write(at.join("look.osl"), look).expect("a shader");
+        assert_eq!(testshade(&at, &["look"]).0, "-0.000\n0.500\n\n", "{depth}");
+    }
+}
