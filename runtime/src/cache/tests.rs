@@ -1,3 +1,5 @@
+//! Entries on disk: damaged, crowded out, written by several at once.
+
 use super::*;
 use std::time::Duration;
 
