@@ -2,7 +2,7 @@
 // event of a path has one cube, three dimensions of Sobol's sequence, which its light and its next direction share. Scrambling as
 // in random.h; seeds by the finaliser of C. Wellons, "Hash Prospector", 2018.
 //
-// In: pixel, sample, event. Out: numbers in [0,1). It must not know path state.
+// In: pixel, sample, event. Out: words of random bits. It must not know path state.
 #ifndef OSLCL_CUBES_H
 #define OSLCL_CUBES_H
 
@@ -23,8 +23,8 @@ static inline uint cube_hash(uint x)
 // Of a number whose bits stand in reverse; they come back in order.
 static inline uint owen_scramble(uint x, uint seed) { return reverse_bits(scramble_reversed((uint4)(x), (uint4)(seed)).x); }
 
-// Uniform in [0,1), 24 bits as in random4.
-static inline real cube_real(uint x, uint seed) { return (real)(owen_scramble(x, seed) >> 8) * (real)5.9604644775390625e-8; }
+// A number's 24 bits, as random_reals takes them; the low 8 are 0.
+static inline uint cube_bits(uint x, uint seed) { return owen_scramble(x, seed) & 0xffffff00u; }
 
 static inline uint cube_seed(uint2 pixel, uint event, uint seed)
 {
@@ -37,7 +37,7 @@ static inline uint cube_index(uint sample, uint seed)
     return owen_scramble(reverse_bits(sample), cube_hash(seed)) & 0xffffffu;
 }
 
-static inline real3 cube3(uint2 pixel, uint sample, uint event, uint seed)
+static inline uint3 cube3(uint2 pixel, uint sample, uint event, uint seed)
 {
     const uint s = cube_seed(pixel, event, seed);
     const uint index = cube_index(sample, s);
@@ -54,13 +54,13 @@ static inline real3 cube3(uint2 pixel, uint sample, uint event, uint seed)
     }
     y &= 0xffffffu;
     z &= 0xffffffu;
-    return (real3)(cube_real(index, cube_hash(s + 1)), cube_real(y, cube_hash(s + 2)), cube_real(z, cube_hash(s + 3)));
+    return (uint3)(cube_bits(index, cube_hash(s + 1)), cube_bits(y, cube_hash(s + 2)), cube_bits(z, cube_hash(s + 3)));
 }
 
-static inline real cube1(uint2 pixel, uint sample, uint event, uint seed)
+static inline uint cube1(uint2 pixel, uint sample, uint event, uint seed)
 {
     const uint s = cube_seed(pixel, event + CUBE_SINGLES, seed);
-    return cube_real(cube_index(sample, s), cube_hash(s + 1));
+    return cube_bits(cube_index(sample, s), cube_hash(s + 1));
 }
 
 #endif

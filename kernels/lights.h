@@ -7,6 +7,7 @@
 
 #include "bsdf/numeric.h"
 #include "context.h"
+#include "random.h"
 
 // Reals of a light: corner, two edges, radiance, density per area (probability of the choice over the area), and of the
 // alias table the share of its cell that is its own.
@@ -29,15 +30,26 @@ typedef struct {
     real pdf;       // per solid angle, of the choice and of the point together
     uint light;     // index, or ENVIRONMENT_LIGHT
     real u, v;      // where on the triangle
+    real obliqueness; // 1 / cosine at the light
+    real slack;     // how far before the place a ray towards it may end, so that the light itself doesn't hide it
 } LightSample;
 
-// Walker's alias method: one of n cells, u is uniform in [0,1) and comes back uniform.
-static inline uint alias_cell(real *u, uint n)
+// The place of a light is known to a few ulps of its terms, along a ray the less the more oblique it is; `offset`: how far from P the
+// ray starts. At most 1e-4 of the distance.
+static inline real shadow_length(const LightSample *s, real3 offset)
 {
-    real x = *u * n;
-    uint i = min((uint)x, n - 1);
-    *u = clamp(x - i, (real)0, (real)ONE_MINUS_EPSILON);
-    return i;
+    return s->distance - fmin(s->slack + max_component(fabs(offset)) * s->obliqueness, s->distance * (real)1e-4);
+}
+
+// Walker's alias method: one of n cells by bits.x, and a number uniform in [0,1) that decides between the cell's two. A float would
+// leave 7 bits for that with the environment's 131,072 cells, and the faintest would be taken far too often: here they are 15, and with
+// those that random_reals drops of the other words, 39.
+static inline uint alias_cell(uint4 bits, uint n, real *rest)
+{
+    const uint low = (bits.y & 255u) << 16 | (bits.z & 255u) << 8 | (bits.w & 255u);
+    const real x = (real)(bits.x * n) * (real)2.3283064365386962890625e-10 + (real)low * (real)1.3877787807814456755e-17;
+    *rest = fmin(x, (real)ONE_MINUS_EPSILON);
+    return mul_hi(bits.x, n);
 }
 
 // Balance of two ways to find one direction. Veach, "Robust Monte Carlo Methods", 1997, sec. 9.2.4: power heuristic, beta 2.
@@ -76,11 +88,12 @@ static inline real light_pdf(const Context *c, uint light, real distance, real c
 // The part of a cell of the alias table that is its own light's.
 static inline real light_share(const Context *c, uint cell) { return c->lights[LIGHT_REALS * (size_t)cell + LIGHT_SHARE]; }
 
-static inline int sample_triangle_light(const Context *c, real3 P, real4 u, LightSample *s)
+static inline int sample_triangle_light(const Context *c, real3 P, uint4 bits, LightSample *s)
 {
     if (setting(c, SETTING_lights) == 0) return 0;
-    real x = u.x;
-    uint cell = alias_cell(&x, setting(c, SETTING_lights));
+    const real4 u = random_reals(bits);
+    real x;
+    uint cell = alias_cell(bits, setting(c, SETTING_lights), &x);
     s->light = x < light_share(c, cell) ? cell : c->light_words[LIGHT_WORDS * cell + LIGHT_ALIAS];
     __global const real *light = c->lights + LIGHT_REALS * (size_t)s->light;
     real3 v0 = vload3(0, light), e1 = vload3(1, light), e2 = vload3(2, light);
@@ -106,6 +119,8 @@ static inline int sample_triangle_light(const Context *c, real3 P, real4 u, Ligh
     if (setting(c, SETTING_two_sided)) cosine = fabs(cosine);
 #endif
     if (!(cosine > 0 && distance2 > 0)) return 0;
+    s->obliqueness = 1 / cosine;
+    s->slack = (max_component(fabs(v0) + fabs(e1) + fabs(e2) + fabs(P)) + s->distance) * (16 * REAL_EPSILON) * s->obliqueness;
     s->radiance = vload3(0, light + LIGHT_RADIANCE);
     s->pdf = light[LIGHT_DENSITY] * TRIANGLES_SHARE * distance2 / cosine;
     return is_finite_positive(s->pdf);
@@ -127,10 +142,11 @@ static inline real environment_pdf(const Context *c, real3 d)
     return p * (real)(ENVIRONMENT_CELLS * 0.25 * INV_PI) * ENVIRONMENT_SHARE;
 }
 
-static inline int sample_environment(const Context *c, real4 u, LightSample *s)
+static inline int sample_environment(const Context *c, uint4 bits, LightSample *s)
 {
-    real x = u.x;
-    uint cell = alias_cell(&x, ENVIRONMENT_CELLS);
+    const real4 u = random_reals(bits);
+    real x;
+    uint cell = alias_cell(bits, ENVIRONMENT_CELLS, &x);
     if (!(x < c->environment_cells[2 * cell + 1])) cell = c->environment_alias[cell];
     real p = c->environment_cells[2 * cell];
     real turn = ((cell % ENVIRONMENT_WIDTH) + u.y) * (real)(1.0 / ENVIRONMENT_WIDTH);
@@ -140,6 +156,7 @@ static inline int sample_environment(const Context *c, real4 u, LightSample *s)
     m_sincos_turns(turn, &sp, &cp);
     s->wi = (real3)(sine * cp, sine * sp, z);
     s->distance = REAL_MAX;
+    s->slack = s->obliqueness = 0;
     s->radiance = (real3)(1);
     s->pdf = p * (real)(ENVIRONMENT_CELLS * 0.25 * INV_PI) * ENVIRONMENT_SHARE;
     s->light = ENVIRONMENT_LIGHT;
@@ -148,17 +165,18 @@ static inline int sample_environment(const Context *c, real4 u, LightSample *s)
 #endif
 
 #if defined(HAS_LIGHTS) || defined(HAS_ENVIRONMENT_SAMPLING)
-// Takes a direction to a light seen from P (relative to the camera); 0 when this sample gives none.
-static inline int sample_lights(const Context *c, real3 P, real4 u, LightSample *s)
+// Takes a direction to a light seen from P (relative to the camera) by random bits; 0 when this sample gives none.
+static inline int sample_lights(const Context *c, real3 P, uint4 bits, LightSample *s)
 {
 #ifdef HAS_ENVIRONMENT_SAMPLING
     const real share = ENVIRONMENT_SHARE;
-    const int environment = u.x < share;
-    u.x = clamp(environment ? u.x / share : (u.x - share) / (1 - share), (real)0, (real)ONE_MINUS_EPSILON);
-    if (environment) return sample_environment(c, u, s);
+    // Where there are both, the highest bit chooses, half and half.
+    const int environment = share == 1 || (share > 0 && bits.x < 0x80000000u);
+    if (share > 0 && share < 1) bits.x <<= 1;
+    if (environment) return sample_environment(c, bits, s);
 #endif
 #ifdef HAS_LIGHTS
-    return sample_triangle_light(c, P, u, s);
+    return sample_triangle_light(c, P, bits, s);
 #else
     return 0;
 #endif

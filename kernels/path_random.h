@@ -1,5 +1,5 @@
-// The random numbers of a path, by the sampler that the scene asks for.
-// In: a slot with its sample number, a block of random.h. Out: four numbers in [0,1).
+// The random numbers of a path, by the sampler that is chosen.
+// In: a slot with its sample number, a block of random.h. Out: four words of 32 bits, or four numbers in [0,1).
 #ifndef OSLCL_PATH_RANDOM_H
 #define OSLCL_PATH_RANDOM_H
 
@@ -9,17 +9,22 @@
 #include "cubes.h"
 #endif
 
-static inline real4 path_random(const Context *c, uint slot, uint block)
+static inline uint4 path_random_bits(const Context *c, uint slot, uint block)
 {
     const uint pixel = path_pixel(c, slot), sample = path_get_uint(c, PATHU_sample, slot), seed = setting(c, SETTING_seed);
 #ifdef HAS_SHARED_CUBES
     // A bounce has one cube for the light's direction and its own: they find light in different ways, and each is even.
     const uint width = setting(c, SETTING_width);
     const uint2 at = (uint2)(pixel % width, pixel / width);
-    return (real4)(cube3(at, sample, (block + 1) / 2, seed), cube1(at, sample, block, seed));
+    return (uint4)(cube3(at, sample, (block + 1) / 2, seed), cube1(at, sample, block, seed));
 #else
-    return random4(pixel, sample, block, seed);
+    return sample_bits(pixel, sample, block, seed);
 #endif
+}
+
+static inline real4 path_random(const Context *c, uint slot, uint block)
+{
+    return random_reals(path_random_bits(c, slot, block));
 }
 
 #endif

@@ -93,11 +93,17 @@ static inline uint4 sample_bits(uint pixel, uint sample, uint block, uint seed)
 }
 #endif
 
-// Uniform in [0,1): 24 bits in both precisions, so that f64 runs on the same numbers as f32 and 1 is never reached.
+// Uniform in [0,1): 24 bits in both precisions, so that f64 runs on the same numbers as f32 and 1 is never reached. The low 8 bits of
+// each word are left for others.
+static inline real4 random_reals(uint4 bits)
+{
+    uint4 v = bits >> 8;
+    return (real4)((real)v.x, (real)v.y, (real)v.z, (real)v.w) * (real)5.9604644775390625e-8;
+}
+
 static inline real4 random4(uint pixel, uint sample, uint block, uint seed)
 {
-    uint4 v = sample_bits(pixel, sample, block, seed) >> 8;
-    return (real4)((real)v.x, (real)v.y, (real)v.z, (real)v.w) * (real)5.9604644775390625e-8;
+    return random_reals(sample_bits(pixel, sample, block, seed));
 }
 
 #endif

@@ -35,6 +35,13 @@ typedef int real_bits;
 #define PI 3.14159265358979323846
 #define INV_PI 0.31830988618379067154
 
+// By its bits: relaxed arithmetic takes it for granted that a comparison with infinity holds.
+#ifdef OSLCL_F64
+static inline int is_finite_real(real x) { return (as_long(x) & 0x7ff0000000000000L) != 0x7ff0000000000000L; }
+#else
+static inline int is_finite_real(real x) { return (as_int(x) & 0x7f800000) != 0x7f800000; }
+#endif
+
 static inline real3 load_real3(__global const real *p, size_t i) { return vload3(i, p); }
 static inline void store_real3(real3 v, size_t i, __global real *p) { vstore3(v, i, p); }
 static inline real3 make_real3(real x, real y, real z) { return (real3)(x, y, z); }

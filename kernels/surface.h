@@ -73,11 +73,28 @@ static inline void tangents(real3 e1, real3 e2, real2 d1, real2 d2, real3 Ng, re
     *dPdu = (e1 * d2.y - e2 * d1.y) / det;
     *dPdv = (e2 * d1.x - e1 * d2.x) / det;
     real size = dot(*dPdu, *dPdu) + dot(*dPdv, *dPdv);
-    if (!(size > 0 && size <= REAL_MAX)) {
+    if (!is_finite_positive(size)) {
         *dPdu = e1;
         *dPdv = cross(Ng, e1);
     }
 }
+
+// What rounding does along n to a sum of terms of these sizes, in epsilons: Pharr, Jakob and Humphreys, "Physically Based
+// Rendering", 4th ed., 2023, sec. 6.8.
+static inline real error_along(real3 n, real3 extent) { return 16 * dot(fabs(n), extent); }
+
+// The error of meet_triangle along the normal: it knows a plane along an oblique ray no better than the triangle's longest side.
+static inline real error_of_test(real3 extent) { return 4 * max_component(extent); }
+
+#ifdef HAS_INSTANCES
+// The sizes of the terms of transform_point.
+static inline real3 transform_extent(__global const real *m, real3 p)
+{
+    return (real3)(fabs(m[0]) * p.x + fabs(m[1]) * p.y + fabs(m[2]) * p.z + fabs(m[3]),
+                   fabs(m[4]) * p.x + fabs(m[5]) * p.y + fabs(m[6]) * p.z + fabs(m[7]),
+                   fabs(m[8]) * p.x + fabs(m[9]) * p.y + fabs(m[10]) * p.z + fabs(m[11]));
+}
+#endif
 
 // I: unit, towards the point.
 static inline SurfacePoint surface_point(const Context *c, uint triangle, uint instance, real u, real v, real3 I,
@@ -101,20 +118,23 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
         N = is_zero3(n) ? Ng : n;
     }
 #endif
-    // The rounding error of P is a few ulps of the largest term.
     real3 extent = fabs(v0) + fabs(e1) + fabs(e2);
+    real error = error_along(Ng, extent) + error_of_test(extent);
 #ifdef HAS_INSTANCES
     if (instance != 0) {
         __global const real *to_object = c->instances + 24 * (size_t)instance;
         __global const real *to_world = to_object + 12;
         s.P = transform_point(to_world, s.P);
-        Ng = safe_normalize(transform_normal(to_object, Ng));
+        const real3 normal = transform_normal(to_object, Ng);
+        // Of the next ray on its way back.
+        error = error_along(Ng, transform_extent(to_object, fabs(s.P))) + error_of_test(extent);
+        Ng = safe_normalize(normal);
         N = safe_normalize(transform_normal(to_object, N));
         v0 = transform_point(to_world, v0);
         e1 = transform_direction(to_world, e1);
         e2 = transform_direction(to_world, e2);
-        extent = max(extent, fabs(v0) + fabs(e1) + fabs(e2)) +
-                 fabs((real3)(to_world[3], to_world[7], to_world[11]));
+        // And of the point on its way to world space.
+        error = error / length(normal) + error_along(Ng, transform_extent(to_world, extent));
     }
 #endif
     sg->backfacing = dot(I, Ng) > 0;
@@ -130,7 +150,7 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     real below = dot(N, I) + (real)1e-4;
     if (below > 0) N = safe_normalize(N - I * below);
 #endif
-    s.offset = Ng * (max_component(extent) * (16 * REAL_EPSILON));
+    s.offset = Ng * (error * REAL_EPSILON);
     sg->P = s.P + constant_real3(c, CONSTANT_camera_position);
     sg->I = I;
     sg->N = N;

@@ -22,13 +22,13 @@
 
 static inline real sqr(real x) { return x * x; }
 static inline real safe_sqrt(real x) { return sqrt(fmax(x, (real)0)); }
-static inline int is_finite_positive(real x) { return x > 0 && x <= REAL_MAX; }
+static inline int is_finite_positive(real x) { return x > 0 && is_finite_real(x); }
 
 // The unit vector along v; zero for zero. Scaled first, so that neither 1e-30 nor 1e30 leaves the range of f32.
 static inline real3 safe_normalize(real3 v)
 {
     real m = max_component(fabs(v));
-    if (!(m > 0 && m <= REAL_MAX)) return (real3)(0);
+    if (!is_finite_positive(m)) return (real3)(0);
     v /= m;
     return v / sqrt(dot(v, v));
 }

@@ -7,9 +7,12 @@
 // Kahan, "Pracniques: Further Remarks on Reducing Truncation Errors", 1965: what a sum loses is kept beside it.
 static inline void add_compensated(__global real *sum, __global real *lost, real x)
 {
-    real y = x - *lost;
-    real t = *sum + y;
-    *lost = (t - *sum) - y;
+    const real before = *sum;
+    const real y = x - *lost;
+    // Relaxed arithmetic would find that nothing can be lost; it may not look behind what is volatile.
+    volatile real t = before + y;
+    volatile real grown = t - before;
+    *lost = grown - y;
     *sum = t;
 }
 
@@ -17,7 +20,7 @@ static inline int stage_accumulate(const Context *c, uint slot)
 {
     real3 L = path_get3(c, PATH_radiance, slot);
     // What is not finite would spoil the pixel for good. It is counted: it should not happen.
-    if (!(fabs(L.x) <= REAL_MAX && fabs(L.y) <= REAL_MAX && fabs(L.z) <= REAL_MAX)) {
+    if (!(is_finite_real(L.x) && is_finite_real(L.y) && is_finite_real(L.z))) {
         atomic_inc(&c->counters[COUNTER_repaired]);
         L = (real3)(0);
     }

@@ -12,10 +12,10 @@ static inline int stage_sample_light(const Context *c, uint slot)
     Lobe lobe = load_lobe(c, slot);
     if (bsdf_is_delta(&lobe)) return QUEUE_NONE;
     const uint depth = path_get_uint(c, PATHU_depth, slot);
-    real4 u = path_random(c, slot, BLOCK_LIGHT(depth));
+    uint4 bits = path_random_bits(c, slot, BLOCK_LIGHT(depth));
     real3 P = path_get3(c, PATH_point, slot);
     LightSample s;
-    if (!sample_lights(c, P, u, &s)) return QUEUE_NONE;
+    if (!sample_lights(c, P, bits, &s)) return QUEUE_NONE;
     real3 wo = -path_get3(c, PATH_ray_d, slot);
     real pdf;
     real3 f = bsdf_eval(&lobe, wo, s.wi, &pdf);
@@ -39,7 +39,7 @@ static inline int stage_sample_light(const Context *c, uint slot)
     }
     path_set3(c, PATH_shadow_o, slot, P + offset);
     path_set3(c, PATH_shadow_d, slot, s.wi);
-    path_set(c, PATH_shadow_t, slot, s.distance * (real)(1 - 1e-4));
+    path_set(c, PATH_shadow_t, slot, shadow_length(&s));
     path_set3(c, PATH_shadow_L, slot, L);
 #ifdef HAS_SHADED_LIGHTS
     path_set_uint(c, PATHU_light, slot, s.light);

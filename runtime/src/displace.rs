@@ -16,7 +16,7 @@ use crate::shade::{Real, Records, numbers};
 use crate::supplies::Supplies;
 use crate::told::Heard;
 use crate::wavefront::MESSAGE_WORDS;
-use crate::{attributes, preamble, roads, textures, vertex_data};
+use crate::{attributes, preamble, programs, roads, textures, vertex_data};
 use oslcl_compiler::Artifact;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -128,7 +128,7 @@ fn build(device: &Device, artifact: &Artifact, precision: Precision) -> Result<P
     );
     let source = assemble::assemble(&format!("{}.cl", artifact.entry), &text)?;
     let module = roads::module(artifact, precision);
-    Ok(roads::build(device, &artifact.name, &source, precision.build_options(), module.as_slice())?)
+    Ok(programs::build_one(device, &artifact.name, &source, precision.build_options(), module.as_slice())?)
 }
 
 /// A float of the device as an argument of kernels.

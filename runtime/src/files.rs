@@ -68,6 +68,24 @@ pub fn replace(outputs: &[Output]) -> Result<(), Error> {
     result
 }
 
+/// Writes one file that can be made again at any time, as [`replace`] does, but without waiting for the disk: after a power cut
+/// it may be damaged.
+pub fn replace_unsynced(path: &Path, write: &mut dyn FnMut(&mut File) -> io::Result<()>) -> Result<(), Error> {
+    let fail = |cause| Error { path: path.to_owned(), cause };
+    let (mut file, temporary) = create(path).map_err(fail)?;
+    let done = write(&mut file).and_then(|()| fs::rename(&temporary, path));
+    if done.is_err() {
+        // The first error is the one to tell.
+        let _ = fs::remove_file(&temporary);
+    }
+    done.map_err(|e| fail(e.into()))
+}
+
+/// Whether a file of this name is one that was to be renamed, of this or another process.
+pub fn is_temporary(name: &str) -> bool {
+    name.starts_with(".oslcl.") && name.ends_with(".tmp")
+}
+
 fn replace_all(outputs: &[Output], temporaries: &mut Vec<PathBuf>) -> Result<(), Error> {
     let mut renames = Vec::new();
     let mut direct = Vec::new();
@@ -116,17 +134,23 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A new file beside `path`, under a name that nobody else uses and that is short whatever the file's is.
+/// A new file beside `path`, under a name that nobody else uses and that is short whatever the file's is; see [`is_temporary`].
 fn create(path: &Path) -> Result<(File, PathBuf), Cause> {
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let folder = folder(path);
     if !folder.is_dir() {
         return Err(Cause::NoFolder(folder.to_owned()));
     }
-    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let temporary = folder.join(format!(".oslcl.{}.{number}.tmp", std::process::id()));
-    let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
-    Ok((file, temporary))
+    loop {
+        let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+        let temporary = folder.join(format!(".oslcl.{}.{number}.tmp", std::process::id()));
+        match OpenOptions::new().write(true).create_new(true).open(&temporary) {
+            Ok(file) => return Ok((file, temporary)),
+            // Of a process that had our number: killed, or in another container with the same folder.
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(e) => return Err(e.into()),
+        }
+    }
 }
 
 #[cfg(test)]

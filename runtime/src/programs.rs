@@ -1,15 +1,18 @@
-//! Builds the programs of a plan for a device, several at a time.
+//! Builds the programs of a plan for a device, several at a time, each at most once: what the device's cache has is loaded,
+//! equal programs are one.
 //!
 //! In: the plan. Out: a kernel per stage and material. It must not know scenes or buffers.
 
 use crate::assemble::{self, assemble_with};
-use crate::device::{self, Device, Kernel};
+use crate::cache::{Key, Parts};
+use crate::device::{self, Device, Kernel, Program};
 use crate::plan::{Plan, ProgramPlan, Stage};
 use crate::roads::{self, Modules};
 use crate::scene::MaterialId;
 use std::collections::HashMap;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError, mpsc};
+use std::time::{Duration, Instant};
 
 /// Why there is no program.
 #[derive(Debug, thiserror::Error)]
@@ -25,15 +28,110 @@ pub enum Error {
     Assemble(#[from] assemble::Error),
 }
 
+/// A program, and where it came from.
+pub struct Built {
+    /// The program.
+    pub program: Program,
+    /// The driver built it from its text now.
+    pub is_new: bool,
+    /// What the device's cache will know it by; `None` when it is there already, or there is no cache.
+    unkept: Option<Key>,
+}
+
+impl Built {
+    /// Puts it into the device's cache if it is not there. Some drivers finish a program at its first launch: keep it after.
+    pub fn keep(&mut self, device: &Device) {
+        let (Some(cache), Some(key)) = (device.cache(), self.unkept.take()) else { return };
+        match self.program.binary(device) {
+            Ok(binary) if !binary.is_empty() => cache.put(&key, &binary),
+            Ok(_) => {}
+            // A driver that gives no binaries has no use for a cache.
+            Err(error) => tracing::debug!("no binary is kept: {error}"),
+        }
+    }
+}
+
+/// Builds a program from its text and the modules that it calls, or loads it from the device's cache.
+pub fn load_or_build(
+    device: &Device,
+    label: &str,
+    source: &str,
+    options: &str,
+    modules: &[&[u32]],
+) -> Result<Built, roads::Error> {
+    let Some(cache) = device.cache() else {
+        let program = roads::build(device, label, source, options, modules)?;
+        return Ok(Built { program, is_new: true, unkept: None });
+    };
+    let key = key(device, source, options, modules)?;
+    if let Some(binary) = cache.get(&key) {
+        match Program::load(device, label, &binary, options) {
+            Ok(program) => return Ok(Built { program, is_new: false, unkept: None }),
+            // The key has all that is known to matter; a driver may still know better.
+            Err(error) => tracing::debug!("a kept binary is refused and built again: {error}"),
+        }
+    }
+    let program = roads::build(device, label, source, options, modules)?;
+    Ok(Built { program, is_new: true, unkept: Some(key) })
+}
+
+/// As [`load_or_build`], for programs that are kept at once.
+pub fn build_one(
+    device: &Device,
+    label: &str,
+    source: &str,
+    options: &str,
+    modules: &[&[u32]],
+) -> Result<Program, roads::Error> {
+    let mut built = load_or_build(device, label, source, options, modules)?;
+    built.keep(device);
+    Ok(built.program)
+}
+
+fn key(device: &Device, source: &str, options: &str, modules: &[&[u32]]) -> Result<Key, roads::Error> {
+    let road = roads::describe(device, modules)?;
+    let (road, identity) = (road.as_str(), device.identity());
+    let version = env!("CARGO_PKG_VERSION");
+    Ok(Key::new(&Parts { source, options, road, modules, device: &identity, version }))
+}
+
+/// How programs came about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Built by the driver from their texts.
+    pub built: u32,
+    /// Loaded from the cache.
+    pub loaded: u32,
+    /// Equal to another one of the same plan.
+    pub shared: u32,
+}
+
 /// Built kernels, by stage and, for generated ones, material.
 pub struct Kernels {
     all: HashMap<(Stage, Option<MaterialId>), Kernel>,
+    /// Those that the cache has not got yet.
+    new: Mutex<Vec<Built>>,
+    tally: Tally,
 }
 
 impl Kernels {
     /// The kernel of a stage; `None` when the plan does without it.
     pub fn get(&self, stage: Stage, material: Option<MaterialId>) -> Option<&Kernel> {
         self.all.get(&(stage, material))
+    }
+
+    /// How their programs came about.
+    pub fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    /// Puts new programs into the device's cache, once every kernel was launched.
+    pub fn keep(&self, device: &Device) {
+        let new = std::mem::take(&mut *self.new.lock().unwrap_or_else(PoisonError::into_inner));
+        if !new.is_empty() {
+            let _span = tracing::debug_span!("keep programs").entered();
+            new.into_iter().for_each(|mut built| built.keep(device));
+        }
     }
 }
 
@@ -47,57 +145,124 @@ pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<String, 
     for stage in &program.stages {
         text.push_str(&format!("#include \"stages/{}.cl\"\n", stage.name()));
     }
-    // It stands in `#line` directives, and a material's name may have any character.
-    let name: String = program.label.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
-    assemble_with(&name, &text, &[("layout.h", &plan.layout.header(paths))])
+    // Materials that are equal have equal texts, whatever their names.
+    let name = if program.material.is_some() { "material" } else { &program.label };
+    assemble_with(name, &text, &[("layout.h", &plan.layout.header(paths))])
+}
+
+/// How far [`build`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// Programs that are there.
+    pub done: u32,
+    /// Programs in all, equal ones counted once.
+    pub total: u32,
+}
+
+/// A program to build, and the places in the plan that want it.
+struct Job<'a> {
+    first: &'a ProgramPlan,
+    text: String,
+    modules: Vec<&'a [u32]>,
+    wanted: Vec<&'a ProgramPlan>,
 }
 
 /// Builds all programs, those of materials with their modules, on as many threads as the host has cores.
-pub fn build(device: &Device, plan: &Plan, paths: u32, modules: &Modules) -> Result<Kernels, Error> {
+pub fn build<'a>(
+    device: &Device,
+    plan: &'a Plan,
+    paths: u32,
+    modules: &Modules<'a>,
+    watch: &mut dyn FnMut(Step),
+) -> Result<Kernels, Error> {
     let _span = tracing::info_span!("programs").entered();
+    let jobs = jobs(plan, paths, modules)?;
     let next = AtomicUsize::new(0);
-    let all = Mutex::new(HashMap::new());
-    let failure = Mutex::new(None);
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(plan.programs.len().max(1));
-    let work = || {
-        while let Some(program) = plan.programs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            match build_one(device, plan, program, paths, modules) {
-                Ok(kernels) => all.lock().unwrap_or_else(|e| e.into_inner()).extend(kernels),
-                Err(e) => {
-                    failure.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(e);
-                    next.store(plan.programs.len(), Ordering::Relaxed);
-                }
-            }
-        }
-    };
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(jobs.len().max(1));
+    let total = jobs.len() as u32;
+    let mut all = HashMap::new();
+    let mut new = Vec::new();
+    let mut tally = Tally { shared: plan.programs.len() as u32 - total, ..Tally::default() };
+    let mut failure = None;
+    watch(Step { done: 0, total });
     std::thread::scope(|scope| {
+        let (send, receive) = mpsc::channel();
         for _ in 0..threads {
-            scope.spawn(work);
+            let (send, jobs, next) = (send.clone(), &jobs, &next);
+            scope.spawn(move || {
+                while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let result = run(device, plan, job);
+                    if result.is_err() {
+                        next.store(jobs.len(), Ordering::Relaxed);
+                    }
+                    // The other end waits until all are done.
+                    let _ = send.send(result);
+                }
+            });
+        }
+        drop(send);
+        for (done, result) in (1..).zip(receive) {
+            match result {
+                Ok((built, named)) => {
+                    all.extend(named);
+                    if built.is_new {
+                        tally.built += 1;
+                        new.push(built);
+                    } else {
+                        tally.loaded += 1;
+                    }
+                }
+                Err(e) => _ = failure.get_or_insert(e),
+            }
+            watch(Step { done, total });
         }
     });
-    match failure.into_inner().unwrap_or_else(|e| e.into_inner()) {
+    match failure {
         Some(e) => Err(e),
-        None => Ok(Kernels { all: all.into_inner().unwrap_or_else(|e| e.into_inner()) }),
+        None => Ok(Kernels { all, new: Mutex::new(new), tally }),
     }
 }
 
-type Named = ((Stage, Option<MaterialId>), Kernel);
-
-fn build_one(
-    device: &Device,
-    plan: &Plan,
-    program: &ProgramPlan,
-    paths: u32,
-    modules: &Modules,
-) -> Result<Vec<Named>, Error> {
-    let _span = tracing::debug_span!("build", program = program.label).entered();
-    let text = source(plan, program, paths)?;
-    let module = program.material.and_then(|id| modules.get(&id).copied());
-    let options = plan.choices.precision.build_options();
-    let built = roads::build(device, &program.label, &text, options, module.as_slice())?;
-    let mut out = Vec::new();
-    for &stage in &program.stages {
-        out.push(((stage, program.material), built.kernel(device, stage.name())?));
+/// What is to be built. The longest texts come first: they take longest, and nothing else may be left to do beside the last.
+fn jobs<'a>(plan: &'a Plan, paths: u32, modules: &Modules<'a>) -> Result<Vec<Job<'a>>, Error> {
+    let mut jobs: Vec<Job> = Vec::new();
+    let mut known = HashMap::new();
+    for program in &plan.programs {
+        let text = source(plan, program, paths)?;
+        let modules: Vec<&[u32]> = program.material.and_then(|id| modules.get(&id).copied()).into_iter().collect();
+        match known.get(&(text.clone(), modules.clone())) {
+            Some(&index) => {
+                let job: &mut Job = &mut jobs[index];
+                job.wanted.push(program);
+            }
+            None => {
+                known.insert((text.clone(), modules.clone()), jobs.len());
+                jobs.push(Job { first: program, text, modules, wanted: vec![program] });
+            }
+        }
     }
-    Ok(out)
+    jobs.sort_by_key(|job| std::cmp::Reverse(job.text.len()));
+    Ok(jobs)
+}
+
+type Named = Vec<((Stage, Option<MaterialId>), Kernel)>;
+
+fn run(device: &Device, plan: &Plan, job: &Job) -> Result<(Built, Named), Error> {
+    let start = Instant::now();
+    let label = &job.first.label;
+    let options = plan.choices.precision.build_options();
+    let built = load_or_build(device, label, &job.text, options, &job.modules)?;
+    let mut out = Vec::new();
+    for program in &job.wanted {
+        for &stage in &program.stages {
+            out.push(((stage, program.material), built.program.kernel(device, stage.name())?));
+        }
+    }
+    log(label, &built, start.elapsed());
+    Ok((built, out))
+}
+
+fn log(label: &str, built: &Built, time: Duration) {
+    let how = if built.is_new { "built" } else { "loaded" };
+    tracing::debug!("{how} {label} in {:.1} ms", 1e3 * time.as_secs_f64());
 }

@@ -86,13 +86,18 @@ pub struct Options {
 
 /// How far a render is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Counts so far.
-    pub counts: Counts,
-    /// Paths in all: pixels times samples.
-    pub total: u64,
-    /// Since the first ray.
-    pub elapsed: Duration,
+pub enum Progress {
+    /// Programs are built or loaded.
+    Building(programs::Step),
+    /// Rays are under way.
+    Rendering {
+        /// Counts so far.
+        counts: Counts,
+        /// Paths in all: pixels times samples.
+        total: u64,
+        /// Since the first ray.
+        elapsed: Duration,
+    },
 }
 
 /// What a render was.
@@ -120,6 +125,8 @@ pub struct Summary {
     pub launches: BTreeMap<(Stage, Option<MaterialId>), u32>,
     /// The buffers that all stages see, by name, with their bytes.
     pub buffers: Vec<(&'static str, u64)>,
+    /// How programs came about.
+    pub programs: programs::Tally,
     /// Warnings of the materials.
     pub warnings: Vec<String>,
     /// What the materials printed.
@@ -188,7 +195,7 @@ pub fn render(
     options: &Options,
     watch: &mut dyn FnMut(&Progress),
 ) -> Result<(Picture, Summary), Error> {
-    Session::build(scene, device, options, false)?.render(watch)
+    Session::build(scene, device, options, false, watch)?.render(watch)
 }
 
 /// The film's numbers as a picture.

@@ -60,15 +60,16 @@ pub struct Session<'a> {
 impl<'a> Session<'a> {
     /// Makes a scene ready.
     pub fn new(scene: &'a Scene, device: &'a Device, options: &Options) -> Result<Session<'a>, Error> {
-        Session::build(scene, device, options, true)
+        Session::build(scene, device, options, true, &mut |_| {})
     }
 
-    /// `interactive`: whether values can be set.
+    /// `interactive`: whether values can be set. `watch` hears of the programs.
     pub(crate) fn build(
         scene: &'a Scene,
         device: &'a Device,
         options: &Options,
         interactive: bool,
+        watch: &mut dyn FnMut(&Progress),
     ) -> Result<Session<'a>, Error> {
         let written = scene;
         let asked = options.choices;
@@ -111,7 +112,8 @@ impl<'a> Session<'a> {
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
         let start = Instant::now();
         let modules = roads::modules(&compiled.artifacts, options.choices.precision);
-        let kernels = programs::build(device, &plan, spread.paths, &modules)?;
+        let mut told = |step| watch(&Progress::Building(step));
+        let kernels = programs::build(device, &plan, spread.paths, &modules, &mut told)?;
         let build_time = start.elapsed();
         Ok(Session {
             device,
@@ -211,13 +213,15 @@ impl<'a> Session<'a> {
 
         let start = Instant::now();
         wavefront.warm_up()?;
+        self.kernels.keep(device);
         let build_time = self.build_time + start.elapsed();
 
         let start = Instant::now();
         let wanted = self.samples;
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         let mut report = |counts: &Counts| {
-            watch(&Progress { counts: *counts, total: pixels * u64::from(wanted), elapsed: start.elapsed() });
+            let total = pixels * u64::from(wanted);
+            watch(&Progress::Rendering { counts: *counts, total, elapsed: start.elapsed() });
         };
         let mut done = 0;
         while done < wanted {
@@ -264,6 +268,7 @@ impl<'a> Session<'a> {
             bytes_per_path,
             launches,
             buffers,
+            programs: self.kernels.tally(),
             warnings: self.compiled.warnings.clone(),
             messages,
         };

@@ -22,8 +22,8 @@ use crate::device::{self, Arg, Buffer, Device, Program};
 use crate::materials;
 use crate::preamble;
 use crate::precision::Precision;
-use crate::roads;
 use crate::textures::{self, Library, Packed};
+use crate::{programs, roads};
 use oslcl_compiler::reflect::ShaderInfo;
 use oslcl_compiler::{Artifact, Entry, Failure, Globals, Group, HostRun, Master, Options};
 use std::time::Instant;
@@ -285,7 +285,7 @@ pub fn build(
 ) -> Result<Program, Error> {
     let text = program(artifact, supplies)?;
     let module = roads::module(artifact, precision);
-    Ok(roads::build(device, &artifact.name, &text, precision.build_options(), module.as_slice())?)
+    Ok(programs::build_one(device, &artifact.name, &text, precision.build_options(), module.as_slice())?)
 }
 
 /// The shader's text with the kernel behind it.

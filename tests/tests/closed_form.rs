@@ -155,6 +155,31 @@ fn a_bright_patch_of_sky_is_found() {
 }
 
 #[test]
+fn a_sampled_sky_is_as_sharp_for_paths_as_for_shadow_rays() {
+    // A path that saw it blurred would add light that shadow rays have counted already.
+    let mut scene = empty();
+    sky(&mut scene, "surface s() { Ci = (filterwidth(I[0]) > 0 ? 3 : 1) * background(); }");
+    let m = material(&mut scene, DIFFUSE, &[]);
+    let w = mesh(&mut scene, wall());
+    place(&mut scene, w, m, DAffine3::from_scale(DVec3::splat(3.0)));
+    check("sharp", &scene, 0.5, 1e-2);
+}
+
+#[test]
+fn a_light_that_nearly_touches_a_surface_is_not_hidden_by_itself() {
+    // A plate of radiance 3 a hundredth before the wall, through whose dark back the camera looks.
+    let mut scene = empty();
+    let m = material(&mut scene, DIFFUSE, &[]);
+    let plate = material(&mut scene, "surface l() { Ci = 3 * emission() + transparent(); }", &[]);
+    let w = mesh(&mut scene, wall());
+    place(&mut scene, w, m, DAffine3::from_scale(DVec3::splat(3.0)));
+    let turned = DAffine3::from_rotation_z(std::f64::consts::PI) * DAffine3::from_scale(DVec3::splat(3.0));
+    let l = mesh(&mut scene, wall());
+    place(&mut scene, l, plate, DAffine3::from_translation(DVec3::new(0.0, -0.01, 0.0)) * turned);
+    check("plate", &scene, 1.5, 2e-2);
+}
+
+#[test]
 fn same_seed_same_bits_and_other_seed_other_noise() {
     let mut scene = lit_wall("surface l() { Ci = 3 * emission(); }", false);
     scene.integrator.samples = 4;

@@ -12,10 +12,12 @@ struct Placed {
     place: DAffine3,
     camera: DVec3,
     instanced: bool,
+    /// Share of rays into it that may fall through in f32: where it is thinner than the offset that points get.
+    thin: f64,
 }
 
 fn placed(name: &'static str, mesh: Mesh, place: DAffine3, camera: DVec3, instanced: bool) -> Placed {
-    Placed { name, mesh, place, camera, instanced }
+    Placed { name, mesh, place, camera, instanced, thin: 0.0 }
 }
 
 fn turned(scale: DVec3) -> DAffine3 {
@@ -27,8 +29,9 @@ fn closed() -> Vec<Placed> {
     let away = DVec3::new(1e7, -2e7, 0.5e7);
     let moved = DAffine3::from_translation(away);
     let scale = |s: f64| turned(DVec3::splat(s));
+    let along = DAffine3::from_scale;
     let near = DVec3::new(0.0, -5.0, 0.0);
-    vec![
+    let mut all = vec![
         placed("ball", meshes::ball(48, 24), DAffine3::IDENTITY, near, false),
         placed("cube along the axes", meshes::cube(8), DAffine3::IDENTITY, near, false),
         placed("ball from 1,000 of its radii", meshes::ball(48, 24), DAffine3::IDENTITY, near * 200.0, false),
@@ -48,7 +51,22 @@ fn closed() -> Vec<Placed> {
             true,
         ),
         placed("ball, scales 1000 : 1 : 0.001", meshes::ball(48, 24), turned(DVec3::new(1e3, 1.0, 1e-3)), near, false),
-    ]
+        placed("shared ball, scales 1e6 : 1 : 1", meshes::ball(48, 24), along(DVec3::new(1e6, 1.0, 1.0)), near, true),
+        placed("shared ball, scales 1 : 1 : 1e-6", meshes::ball(48, 24), along(DVec3::new(1.0, 1.0, 1e-6)), near, true),
+        placed("ball, scales 1e6 : 1 : 1", meshes::ball(48, 24), along(DVec3::new(1e6, 1.0, 1.0)), near, false),
+    ];
+    let thin = [
+        // A millimetre in a kilometre, turned.
+        ("shared ball, scales 1000 : 1 : 0.001", 0.3),
+        ("ball, scales 1000 : 1 : 0.001", 0.3),
+        // A micrometre in a metre, 5 metres away; a metre in a thousand kilometres.
+        ("shared ball, scales 1 : 1 : 1e-6", 0.01),
+        ("ball, scales 1e6 : 1 : 1", 0.03),
+    ];
+    for p in &mut all {
+        p.thin = thin.iter().find(|(name, _)| *name == p.name).map_or(0.0, |(_, share)| *share);
+    }
+    all
 }
 
 #[test]
@@ -69,5 +87,35 @@ fn no_ray_leaves_a_closed_mesh() {
         }
         assert!(rays as usize >= run.count(900_000, 90_000_000));
         ledger.at_most("leaks of all of these rays together", leaks as f64, 0.0);
+    });
+}
+
+#[test]
+fn no_ray_along_an_axis_leaves_a_closed_mesh() {
+    each("geometry", |run, ledger| {
+        for (k, p) in closed().iter().enumerate().filter(|(_, p)| !p.name.contains("scales")) {
+            let target =
+                Target::new(run, &p.mesh, p.place, p.camera, p.instanced).unwrap_or_else(|e| panic!("{}: {e}", p.name));
+            let shots = target.shoot(run.count(50_000, 1_000_000), 0.0, true, 101 + k as u32).expect("rays are shot");
+            assert!(shots.rays > 1000, "{}: {} rays", p.name, shots.rays);
+            ledger.at_most(&format!("{}: leaks along the axes", p.name), f64::from(shots.leaks), 0.0);
+        }
+    });
+}
+
+#[test]
+fn rays_that_start_on_a_surface_neither_meet_it_nor_fall_through() {
+    each("geometry", |run, ledger| {
+        for (k, p) in closed().iter().enumerate() {
+            let target =
+                Target::new(run, &p.mesh, p.place, p.camera, p.instanced).unwrap_or_else(|e| panic!("{}: {e}", p.name));
+            let leaves = target.leave(run.count(100_000, 1_000_000), 1e-6, 201 + k as u32).expect("rays are shot");
+            assert!(leaves.pairs > 50_000, "{}: {} pairs", p.name, leaves.pairs);
+            ledger.at_most(&format!("{}: rays off the surface that meet it", p.name), f64::from(leaves.self_hits), 0.0);
+            let share = f64::from(leaves.leaks) / f64::from(leaves.pairs);
+            let bound = if run.precision.is_double() { 0.0 } else { p.thin };
+            ledger.at_most(&format!("{}: share of rays into it that fall through", p.name), share, bound);
+            ledger.at_most(&format!("{}: points without a sound state", p.name), f64::from(leaves.broken), 0.0);
+        }
     });
 }

@@ -42,6 +42,9 @@ pub enum Command {
     /// Make a report of what things cost, that anyone can make again.
     #[command(subcommand)]
     Bench(BenchCommand),
+    /// Look after the built programs that are kept for the next start.
+    #[command(subcommand)]
+    Cache(CacheCommand),
     /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
     InstallTools(InstallToolsArgs),
 }
@@ -51,6 +54,28 @@ pub enum Command {
 pub enum BenchCommand {
     /// What each choice between accuracy and time costs and buys on a scene: a table, CSV and plots.
     Accuracy(AccuracyArgs),
+    /// What it saves to simulate only what a scene calls for: ten scenes, as planned and with every effect on.
+    Effects(EffectsArgs),
+}
+
+/// Arguments of `oslcl bench effects`.
+#[derive(Debug, Args)]
+pub struct EffectsArgs {
+    /// The page.
+    #[arg(short, long, value_name = "FILE", default_value = "effects.md")]
+    pub output: PathBuf,
+    /// Timed renders of each scene, both ways in turn.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub spp: u32,
+    /// Size of the picture in pixels [default: 256x256].
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
 }
 
 /// Arguments of `oslcl bench accuracy`.
@@ -79,6 +104,43 @@ pub struct AccuracyArgs {
     /// OpenCL device: its number in `oslcl devices` or a part of its name.
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<String>,
+    /// Built programs.
+    #[command(flatten)]
+    pub cache: CacheArgs,
+}
+
+/// What `oslcl cache` does.
+#[derive(Debug, Subcommand)]
+pub enum CacheCommand {
+    /// Show where the kept programs are, how many, and how large.
+    Stats(CacheDirArgs),
+    /// Remove all kept programs.
+    Clear(CacheDirArgs),
+    /// Check all kept programs and remove those that are damaged; the exit code is 1 when there were any.
+    Verify(CacheDirArgs),
+}
+
+/// Where built programs are kept.
+#[derive(Debug, Args)]
+pub struct CacheDirArgs {
+    /// Folder of the built programs [default: oslcl/programs in the user's cache].
+    #[arg(long, value_name = "DIR", env = "OSLCL_CACHE_DIR", hide_env_values = true)]
+    pub cache_dir: Option<PathBuf>,
+    /// Most that they may take, with K, M or G at the end or in bytes; the least recently used go first.
+    #[arg(long, value_name = "SIZE", env = "OSLCL_CACHE_SIZE", hide_env_values = true, default_value = "1G",
+          value_parser = parse_bytes)]
+    pub cache_size: u64,
+}
+
+/// Whether and where built programs are kept for the next start.
+#[derive(Debug, Args)]
+pub struct CacheArgs {
+    /// Where.
+    #[command(flatten)]
+    pub place: CacheDirArgs,
+    /// Build every program anew and keep none.
+    #[arg(long)]
+    pub no_cache: bool,
 }
 
 /// How exact the arithmetic is.
@@ -187,6 +249,9 @@ pub struct RenderArgs {
     /// How materials' code gets into programs.
     #[arg(long, value_enum, default_value = "opencl")]
     pub road: RoadArg,
+    /// Built programs.
+    #[command(flatten)]
+    pub cache: CacheArgs,
     /// Exposure of a .png in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true,
           value_parser = parse_stops)]
@@ -329,6 +394,9 @@ pub struct ShadeArgs {
     /// How the shader's code gets into its program.
     #[arg(long, value_enum, default_value = "opencl")]
     pub road: RoadArg,
+    /// Built programs.
+    #[command(flatten)]
+    pub cache: CacheArgs,
     /// Includes and macros.
     #[command(flatten)]
     pub source: SourceArgs,
@@ -363,6 +431,19 @@ fn parse_error(text: &str) -> Result<f64, String> {
         Ok(e) if e > 0.0 && e < 1.0 => Ok(e),
         _ => Err(format!("`{text}` is not a number between 0 and 1")),
     }
+}
+
+/// A number of bytes, such as 500M.
+fn parse_bytes(text: &str) -> Result<u64, String> {
+    let wrong = || format!("`{text}` is not a number of bytes, such as 500M or 2G");
+    let (digits, shift) = match text.char_indices().last() {
+        Some((at, 'k' | 'K')) => (&text[..at], 10),
+        Some((at, 'm' | 'M')) => (&text[..at], 20),
+        Some((at, 'g' | 'G')) => (&text[..at], 30),
+        _ => (text, 0),
+    };
+    let number: u64 = digits.parse().map_err(|_| wrong())?;
+    number.checked_mul(1 << shift).ok_or_else(wrong)
 }
 
 fn parse_stops(text: &str) -> Result<f64, String> {

@@ -5,6 +5,7 @@
 
 pub mod args;
 mod bench;
+mod cache;
 mod check;
 mod choices;
 mod compare;
@@ -62,6 +63,14 @@ pub enum Error {
     /// A file can't be written.
     #[error(transparent)]
     Write(#[from] oslcl_runtime::files::Error),
+    /// The folder of kept programs can't be looked after.
+    #[error("{}: {cause}", folder.display())]
+    Cache {
+        /// The folder.
+        folder: PathBuf,
+        /// Why.
+        cause: io::Error,
+    },
     /// Pictures that can't be compared.
     #[error("{0}")]
     Compare(String),
@@ -85,6 +94,7 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Bench(command) => bench::run(command),
+        Command::Cache(command) => cache::run(command),
         Command::InstallTools(args) => tools::install(&args.folder),
     }
 }

@@ -1,12 +1,12 @@
 //! `oslcl render`: a scene to a picture, with a progress bar and a summary.
 
 use super::args::RenderArgs;
-use super::{Error, choices, report, terminal};
+use super::{Error, cache, choices, report, terminal};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film;
 use oslcl_runtime::materials;
-use oslcl_runtime::programs;
+use oslcl_runtime::programs::{self, Tally};
 use oslcl_runtime::render::{self, Options, Progress, Summary};
 use oslcl_runtime::roads;
 use oslcl_runtime::scene::{self, Film, Scene};
@@ -31,7 +31,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     let mut scene = load(&args.scene)?;
     choices.apply(&mut scene.integrator);
     override_by(&mut scene, args);
-    let device = Device::open(args.device.as_deref())?;
+    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
     let time_limit = args.time.map(Duration::from_secs_f64);
     let options = Options { choices, road: args.road.into(), time_limit };
     let bar = progress_bar(args.quiet);
@@ -59,6 +59,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
         for warning in &summary.warnings {
             terminal::say(warning);
         }
+        cache::complain(&device);
         terminal::say(&told(&summary.messages));
         terminal::say(&describe(args, &scene, &summary));
         if let (Some(reached), Some(wanted)) = (reached, args.target_error) {
@@ -128,13 +129,23 @@ fn show(bar: &ProgressBar, p: &Progress) {
     if bar.is_hidden() {
         return;
     }
-    bar.set_position(p.counts.samples * STEPS / p.total.max(1));
-    bar.set_message(format!(
-        "{:.1} of {:.1} Msamples, {:.2} Mrays/s",
-        p.counts.samples as f64 / 1e6,
-        p.total as f64 / 1e6,
-        rays_per_second(&p.counts, p.elapsed) / 1e6
-    ));
+    match p {
+        Progress::Building(step) => {
+            bar.set_position(u64::from(step.done) * STEPS / u64::from(step.total.max(1)));
+            bar.set_message(format!("{} of {} programs", step.done, step.total));
+            // Between two of them nothing else would draw it.
+            bar.tick();
+        }
+        Progress::Rendering { counts, total, elapsed } => {
+            bar.set_position(counts.samples * STEPS / total.max(&1));
+            bar.set_message(format!(
+                "{:.1} of {:.1} Msamples, {:.2} Mrays/s",
+                counts.samples as f64 / 1e6,
+                *total as f64 / 1e6,
+                rays_per_second(counts, *elapsed) / 1e6
+            ));
+        }
+    }
 }
 
 fn rays_per_second(counts: &oslcl_runtime::wavefront::Counts, time: Duration) -> f64 {
@@ -180,6 +191,8 @@ fn describe(args: &RenderArgs, scene: &Scene, s: &Summary) -> String {
         s.build_time.as_secs_f64(),
         s.geometry_time.as_secs_f64()
     );
+    let Tally { built, loaded, shared } = s.programs;
+    let _ = writeln!(out, "programs   {built} built, {loaded} from the cache, {shared} equal to others");
     let _ = writeln!(
         out,
         "render     {seconds:.2} s: {:.2} Msamples/s, {:.2} Mrays/s",

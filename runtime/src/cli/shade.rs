@@ -2,7 +2,7 @@
 
 use super::args::{PrecisionArg, RoadArg, ShadeArgs};
 use super::sources::{self, Folders};
-use super::{Error, params, report, shade_compare, terminal};
+use super::{Error, cache, params, report, shade_compare, terminal};
 use oslcl_compiler::Options;
 use oslcl_runtime::device::Device;
 use oslcl_runtime::files;
@@ -68,13 +68,14 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
             return deliver(&shaded, wanted, Precision::Reference);
         }
     };
-    let device = Device::open(args.device.as_deref())?;
+    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
     if let Some(with) = args.compare {
         let host = || shade::run_on_host(&master, &options, &outputs, grid).map_err(host_error);
         return shade_compare::run(&device, &artifact, grid, &library, with, host);
     }
     let precision = args.precision.into();
     let shaded = shade::run_with(&device, &artifact, grid, precision, &library)?;
+    cache::complain(&device);
     deliver(&shaded, wanted, precision)
 }
 

@@ -162,3 +162,9 @@ fn host_memory() -> Option<u64> {
     };
     Some((kib("MemAvailable")? + kib("SwapFree").unwrap_or(0)) * 1024)
 }
+
+/// The instructions that the host's processor has, as Linux tells; `None` elsewhere.
+pub(super) fn host_instructions() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    text.lines().find(|line| line.starts_with("flags") || line.starts_with("Features")).map(str::to_owned)
+}

@@ -12,12 +12,13 @@ pub use error::Error;
 pub use kernel::{Arg, Kernel, Program};
 pub use memory::{Buffer, Plain};
 
+use crate::cache::Cache;
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
 use opencl3::device::{CL_DEVICE_TYPE_ALL, CL_DEVICE_TYPE_CPU, CL_DEVICE_TYPE_GPU};
 use opencl3::error_codes::ClError;
 use opencl3::platform::get_platforms;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a device is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,6 +105,8 @@ pub struct Device {
     pub info: DeviceInfo,
     pub(in crate::device) context: Context,
     pub(in crate::device) queue: CommandQueue,
+    /// Where binaries of its programs are kept, if anywhere.
+    cache: Option<Arc<Cache>>,
 }
 
 impl Device {
@@ -144,7 +147,33 @@ impl Device {
         // SAFETY: the context is valid and holds exactly this device; the properties are a plain bit mask.
         let queue = unsafe { CommandQueue::create(&context, info.id, CL_QUEUE_PROFILING_ENABLE) }
             .map_err(|e| fail("creating a queue", e))?;
-        Ok(Device { info, context, queue })
+        Ok(Device { info, context, queue, cache: None })
+    }
+
+    /// The same device, whose programs are kept for the next process.
+    pub fn with_cache(self, cache: Option<Arc<Cache>>) -> Device {
+        Device { cache, ..self }
+    }
+
+    /// Where binaries of its programs are kept, if anywhere.
+    pub fn cache(&self) -> Option<&Cache> {
+        self.cache.as_deref()
+    }
+
+    /// All that makes its binaries unlike those of other devices, drivers and hosts.
+    pub fn identity(&self) -> Vec<String> {
+        let info = &self.info;
+        let device = opencl3::device::Device::new(info.id);
+        let vendor = device.vendor().unwrap_or_default();
+        let extensions = device.extensions().unwrap_or_default();
+        let mut out =
+            vec![info.name.clone(), vendor, info.version.clone(), info.driver.clone(), self.platform_version()];
+        out.push(extensions);
+        if info.kind == DeviceKind::Cpu {
+            // Machines whose processors have one name may still have other instructions, in virtual machines above all.
+            out.push(memory::host_instructions().unwrap_or_default());
+        }
+        out
     }
 
     /// Waits until all that was queued is done.

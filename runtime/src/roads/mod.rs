@@ -77,6 +77,18 @@ pub fn check(device: &Device, road: Road) -> Result<(), Error> {
     Ok(())
 }
 
+/// The road that a program with these modules takes, with all on it that decides what the driver gets to see.
+pub fn describe(device: &Device, modules: &[&[u32]]) -> Result<String, Error> {
+    if modules.is_empty() {
+        return Ok("opencl".to_owned());
+    }
+    if device.takes_spirv() {
+        return Ok("spirv".to_owned());
+    }
+    check(device, Road::Spirv)?;
+    Ok(format!("spir by {:?}", tools::find(&device.platform_version())?))
+}
+
 /// Builds a program from its text and the modules that it calls.
 pub fn build(device: &Device, label: &str, source: &str, options: &str, modules: &[&[u32]]) -> Result<Program, Error> {
     if modules.is_empty() {

@@ -24,12 +24,15 @@ pub(super) fn read(owner: &Table<'_>) -> Result<DAffine3, Error> {
     Ok(whole)
 }
 
-/// Whether a map has no inverse worth the name, whatever its scale.
+/// Whether a map has no inverse worth the name, whatever its scale: one axis shrinks a trillion times more than another, so that
+/// rounding in f64 leaves its inverse a digit or three. By the condition number, not the determinant: that is as small when two axes
+/// shrink a million times, which has an inverse to ten digits.
 pub(super) fn is_singular(map: &DAffine3) -> bool {
-    let largest = map.matrix3.to_cols_array().iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    let volume = (map.matrix3 * (1.0 / largest)).determinant().abs();
+    let largest = |m: DMat3| m.to_cols_array().iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let size = largest(map.matrix3);
+    let unit = map.matrix3 * (1.0 / size);
     // The negation is true of NaN too.
-    !(largest > 0.0 && map.is_finite() && volume > 1e-12)
+    !(size > 0.0 && map.is_finite() && unit.determinant() != 0.0 && largest(unit.inverse()) < 1e12)
 }
 
 /// One table: scale, then rotate, then translate; or a matrix.

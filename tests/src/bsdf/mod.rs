@@ -243,7 +243,11 @@ pub struct Lab {
 impl Lab {
     /// Builds them for the first device.
     pub fn new(precision: Precision) -> Result<Lab, Box<dyn std::error::Error>> {
-        let device = Device::open(None)?;
+        Lab::on(Device::open(None)?, precision)
+    }
+
+    /// Builds them for a device.
+    pub fn on(device: Device, precision: Precision) -> Result<Lab, Box<dyn std::error::Error>> {
         let text = assemble("lobes.cl", include_str!("lobes.cl"))?;
         let program = Program::build(&device, "lobes.cl", &text, precision.build_options())?;
         Ok(Lab { device, precision, program })

@@ -10,13 +10,14 @@ pub fn bare(name: &str, positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Mesh 
     Mesh { name: name.into(), positions, triangles, ..Mesh::default() }
 }
 
-/// A closed ball of radius 1 whose poles each join `across` triangles.
+/// A closed ball of radius 1 whose poles each join `across` triangles. Every other ring is turned by half a step, so that no two
+/// triangles lie in one plane: it stays convex when its corners are rounded.
 pub fn ball(across: u32, down: u32) -> Mesh {
     let mut positions = vec![Vec3::Z];
     for j in 1..down {
         for i in 0..across {
             let theta = std::f32::consts::PI * j as f32 / down as f32;
-            let phi = 2.0 * std::f32::consts::PI * i as f32 / across as f32;
+            let phi = 2.0 * std::f32::consts::PI * (i as f32 + 0.5 * (j % 2) as f32) / across as f32;
             positions.push(Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()));
         }
     }
@@ -27,8 +28,8 @@ pub fn ball(across: u32, down: u32) -> Mesh {
     for i in 0..across {
         triangles.push([0, at(1, i), at(1, i + 1)]);
         for j in 1..down - 1 {
-            triangles.push([at(j, i), at(j + 1, i), at(j + 1, i + 1)]);
-            triangles.push([at(j, i), at(j + 1, i + 1), at(j, i + 1)]);
+            let [a, b, c, d] = [at(j, i), at(j, i + 1), at(j + 1, i), at(j + 1, i + 1)];
+            triangles.extend(if j % 2 == 0 { [[a, c, b], [b, c, d]] } else { [[a, c, d], [a, d, b]] });
         }
         triangles.push([last, at(down - 1, i + 1), at(down - 1, i)]);
     }

@@ -6,6 +6,8 @@
 //! `cargo test` runs a fast part on the first device; OSLCL_SLOW_TESTS=1 (`make hard-cases`) runs all on every device.
 
 pub mod meshes;
+pub mod numbers;
+pub mod pictures;
 pub mod rays;
 pub mod report;
 
@@ -16,6 +18,8 @@ use oslcl_runtime::precision::Precision;
 pub struct Run<'a> {
     /// Where.
     pub device: &'a Device,
+    /// Its number, as [`Device::open`] takes it; `None`: the default.
+    pub number: Option<&'a str>,
     /// In which arithmetic.
     pub precision: Precision,
     /// Whether all is asked for, or a fast part.
@@ -51,8 +55,9 @@ pub fn each(group: &'static str, mut case: impl FnMut(&Run<'_>, &mut Ledger)) {
     let mut ledger =
         Ledger { group, failures: Vec::new(), rows: Vec::new(), device: String::new(), precision: Precision::Standard };
     for index in 0..count {
-        let number = index.to_string();
-        let device = Device::open(full.then_some(number.as_str())).expect("an OpenCL device");
+        let text = index.to_string();
+        let number = full.then_some(text.as_str());
+        let device = Device::open(number).expect("an OpenCL device");
         for precision in [Precision::Standard, Precision::Fast, Precision::Reference] {
             if !can(&device, precision) {
                 eprintln!("skipped: {} has no 64-bit floats", device.info.name);
@@ -60,7 +65,7 @@ pub fn each(group: &'static str, mut case: impl FnMut(&Run<'_>, &mut Ledger)) {
             }
             ledger.device = device.info.name.clone();
             ledger.precision = precision;
-            case(&Run { device: &device, precision, full }, &mut ledger);
+            case(&Run { device: &device, number, precision, full }, &mut ledger);
         }
     }
     report::write(&ledger.rows).expect("the report is written");

@@ -104,7 +104,8 @@ __kernel void shoot(GEOMETRY_ARGS, uint count, uint instance, real middle_x, rea
 
 // Rays from points of a convex mesh: outwards they must meet nothing, inwards something. The cosine goes down to `grazing`.
 // out: hits outwards, misses inwards, rays, points off the mesh by more than their offset.
-__kernel void leave(GEOMETRY_ARGS, uint count, uint instance, real grazing, uint seed, volatile __global uint *out)
+__kernel void leave(GEOMETRY_ARGS, uint count, uint instance, real middle_x, real middle_y, real middle_z, real grazing, uint seed,
+                    volatile __global uint *out)
 {
     const Context c = GEOMETRY;
     const uint i = (uint)get_global_id(0);
@@ -113,16 +114,19 @@ __kernel void leave(GEOMETRY_ARGS, uint count, uint instance, real grazing, uint
     const real root = sqrt(u.x);
     real3 p[3];
     triangle_corners(&c, triangle, instance, p);
-    const real3 n = safe_normalize(cross(p[1] - p[0], p[2] - p[0]));
-    if (is_zero3(n)) return; // no area, no points
+    if (is_zero3(safe_normalize(cross(p[1] - p[0], p[2] - p[0])))) return; // no area, no points
+    // Seen from outside.
+    const real3 I = safe_normalize((real3)(middle_x, middle_y, middle_z) - (p[0] + p[1] + p[2]) * (real)(1.0 / 3));
     ShaderGlobals sg;
-    const SurfacePoint s = surface_point(&c, triangle, instance, root * (1 - u.y), root * u.y, -n, &sg);
+    const SurfacePoint s = surface_point(&c, triangle, instance, root * (1 - u.y), root * u.y, I, &sg);
     const Frame frame = frame_from_normal(sg.Ng);
     // Cosines evenly in the logarithm.
     const real z = exp(log(grazing) * w.x), r = sqrt((1 - z) * (1 + z));
     const real3 side = frame.s * (r * cos((real)(2 * PI) * w.y)) + frame.t * (r * sin((real)(2 * PI) * w.y));
     Hit hit;
-    if (nearest_hit(&c, s.P + s.offset, side + sg.Ng * z, REAL_MAX, &hit)) atomic_inc(out);
+    // Not as far as the copy.
+    const real far = 100 * length(s.P - (real3)(middle_x, middle_y, middle_z));
+    if (nearest_hit(&c, s.P + s.offset, side + sg.Ng * z, far, &hit)) atomic_inc(out);
     if (!nearest_hit(&c, s.P - s.offset, side - sg.Ng * z, REAL_MAX, &hit)) atomic_inc(out + 1);
     atomic_inc(out + 2);
     if (any(isnan(sg.N)) || any(isnan(s.offset)) || any(isnan(sg.dPdu)) || !(fabs(dot(sg.Ng, sg.Ng) - 1) < (real)1e-4))

@@ -115,10 +115,14 @@ impl<'a> Target<'a> {
         device.read(&out, words)
     }
 
+    fn middle(&self) -> [Arg<'static>; 3] {
+        self.middle.to_array().map(|v| self.run.real(v))
+    }
+
     /// Shoots about `rays` rays from within: at edges, middles of edges, corners and insides of the triangles. They start
     /// between the middle and the part `reach` of the way to the surface. `axial`: along the axes instead.
     pub fn shoot(&self, rays: usize, reach: f64, axial: bool, seed: u32) -> Result<Shots, Error> {
-        let [x, y, z, reach] = [self.middle.x, self.middle.y, self.middle.z, reach].map(|v| self.run.real(v));
+        let ([x, y, z], reach) = (self.middle(), self.run.real(reach));
         let rest = [Arg::U32(u32::from(axial)), Arg::U32(TURNS as u32), Arg::U32(seed)];
         let args = [&[x, y, z, reach][..], &rest].concat();
         let words = self.launch("shoot", &args, rays.div_ceil(TURNS), 2)?;
@@ -127,7 +131,8 @@ impl<'a> Target<'a> {
 
     /// Sends pairs of rays off a convex mesh's surface, one on each side; cosines down to `grazing`.
     pub fn leave(&self, pairs: usize, grazing: f64, seed: u32) -> Result<Leaves, Error> {
-        let words = self.launch("leave", &[self.run.real(grazing), Arg::U32(seed)], pairs, 4)?;
+        let [x, y, z] = self.middle();
+        let words = self.launch("leave", &[x, y, z, self.run.real(grazing), Arg::U32(seed)], pairs, 4)?;
         Ok(Leaves { self_hits: words[0], leaks: words[1], pairs: words[2], broken: words[3] })
     }
 }

@@ -1,14 +1,14 @@
 //! `oslcl bench accuracy`: what each choice between accuracy and time costs and buys, on any scene.
 
 use super::super::args::AccuracyArgs;
-use super::super::{Error, render, terminal};
+use super::super::{Error, cache, render, terminal};
+use oslcl_runtime::cache::default_root;
 use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::measure::{Estimate, pareto, plot};
 use oslcl_runtime::scene::{Film, Scene};
 use oslcl_runtime::study::{self, Effort, Row, Study};
 use std::fmt::Write;
-use std::path::PathBuf;
 
 /// Measures, prints the table, writes Markdown, CSV and plots.
 pub fn run(args: &AccuracyArgs) -> Result<(), Error> {
@@ -21,11 +21,11 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Error> {
         samples,
         seeds: args.seeds,
         reference_samples: args.reference_spp.unwrap_or_else(|| samples.saturating_mul(64)),
-        references: args.references.clone().unwrap_or_else(default_references),
+        references: args.references.clone().unwrap_or_else(|| default_root().join("references")),
     };
     std::fs::create_dir_all(&args.output)
         .map_err(|cause| files::Error { path: args.output.clone(), cause: cause.into() })?;
-    let device = Device::open(args.device.as_deref())?;
+    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
     let study = study::run(&scene, &device, &effort, &mut |what| terminal::progress(what));
     terminal::progress("");
     let study = study.map_err(|error| match error {
@@ -66,13 +66,6 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Error> {
     }
     files::replace(&outputs)?;
     terminal::print(&table)
-}
-
-/// Where references are kept unless told otherwise.
-fn default_references() -> PathBuf {
-    let home = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
-    let cache = home("XDG_CACHE_HOME").or_else(|| home("HOME").map(|h| h.join(".cache")));
-    cache.unwrap_or_else(std::env::temp_dir).join("oslcl").join("references")
 }
 
 /// Who is not beaten in time and error.
