@@ -33,9 +33,12 @@ typedef struct {
     real slack;     // how far before the place a ray towards it may end, so that the light itself doesn't hide it
 } LightSample;
 
-// How far a ray towards the light may go. The place is known to a few ulps of its terms, along a ray the less the more oblique it is;
-// at most 1e-4 of the distance.
-static inline real shadow_length(const LightSample *s) { return s->distance - fmin(s->slack, s->distance * (real)1e-4); }
+// How far a ray may go that starts where `distance` is counted from. The place of a light is known to a few ulps of its terms, along a
+// ray the less the more oblique it is. At most 1e-4 of the distance is left out.
+static inline real shadow_length(const LightSample *s)
+{
+    return s->distance - fmin(s->slack, s->distance * (real)1e-4);
+}
 
 // Walker's alias method: one of n cells by bits.x, and a number uniform in [0,1) that decides between the cell's two. A float would
 // leave 7 bits for that with the environment's 131,072 cells, and the faintest would be taken far too often: here they are 15, and with
@@ -164,13 +167,10 @@ static inline int sample_environment(const Context *c, uint4 bits, LightSample *
 static inline int sample_lights(const Context *c, real3 P, uint4 bits, LightSample *s)
 {
 #ifdef HAS_ENVIRONMENT_SAMPLING
-    // The share is 0, 1/2 or 1: the highest bit chooses.
     const real share = ENVIRONMENT_SHARE;
-    int environment = share > 0;
-    if (share > 0 && share < 1) {
-        environment = bits.x < 0x80000000u;
-        bits.x <<= 1;
-    }
+    // Where there are both, the highest bit chooses, half and half.
+    const int environment = share == 1 || (share > 0 && bits.x < 0x80000000u);
+    if (share > 0 && share < 1) bits.x <<= 1;
     if (environment) return sample_environment(c, bits, s);
 #endif
 #ifdef HAS_LIGHTS
