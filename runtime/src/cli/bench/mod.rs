@@ -1,6 +1,7 @@
 //! `oslcl bench`: reports that anyone can make again, one file a subject.
 
 mod accuracy;
+mod startup;
 
 use super::Error;
 use super::args::BenchCommand;
@@ -9,5 +10,6 @@ use super::args::BenchCommand;
 pub fn run(command: &BenchCommand) -> Result<(), Error> {
     match command {
         BenchCommand::Accuracy(args) => accuracy::run(args),
+        BenchCommand::Startup(args) => startup::run(args),
     }
 }
