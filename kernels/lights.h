@@ -30,20 +30,19 @@ typedef struct {
     real pdf;       // per solid angle, of the choice and of the point together
     uint light;     // index, or ENVIRONMENT_LIGHT
     real u, v;      // where on the triangle
-    real obliqueness; // 1 / cosine at the light
     real slack;     // how far before the place a ray towards it may end, so that the light itself doesn't hide it
 } LightSample;
 
-// The place of a light is known to a few ulps of its terms, along a ray the less the more oblique it is; `offset`: how far from P the
-// ray starts. At most 1e-4 of the distance.
-static inline real shadow_length(const LightSample *s, real3 offset)
+// How far a ray may go that starts where `distance` is counted from. The place of a light is known to a few ulps of its terms, along a
+// ray the less the more oblique it is. At most 1e-4 of the distance is left out.
+static inline real shadow_length(const LightSample *s)
 {
-    return s->distance - fmin(s->slack + max_component(fabs(offset)) * s->obliqueness, s->distance * (real)1e-4);
+    return s->distance - fmin(s->slack, s->distance * (real)1e-4);
 }
 
 // Walker's alias method: one of n cells by bits.x, and a number uniform in [0,1) that decides between the cell's two. A float would
-// leave 7 bits for that with the environment's 131,072 cells, and the faintest cells would be taken a thousand times too often:
-// here they are 15, and those that random_reals drops of the other words, 39.
+// leave 7 bits for that with the environment's 131,072 cells, and the faintest would be taken far too often: here they are 15, and with
+// those that random_reals drops of the other words, 39.
 static inline uint alias_cell(uint4 bits, uint n, real *rest)
 {
     const uint low = (bits.y & 255u) << 16 | (bits.z & 255u) << 8 | (bits.w & 255u);
@@ -119,8 +118,7 @@ static inline int sample_triangle_light(const Context *c, real3 P, uint4 bits, L
     if (setting(c, SETTING_two_sided)) cosine = fabs(cosine);
 #endif
     if (!(cosine > 0 && distance2 > 0)) return 0;
-    s->obliqueness = 1 / cosine;
-    s->slack = (max_component(fabs(v0) + fabs(e1) + fabs(e2) + fabs(P)) + s->distance) * (16 * REAL_EPSILON) * s->obliqueness;
+    s->slack = (max_component(fabs(v0) + fabs(e1) + fabs(e2) + fabs(P)) + s->distance) * (16 * REAL_EPSILON) / cosine;
     s->radiance = vload3(0, light + LIGHT_RADIANCE);
     s->pdf = light[LIGHT_DENSITY] * TRIANGLES_SHARE * distance2 / cosine;
     return is_finite_positive(s->pdf);
@@ -156,7 +154,7 @@ static inline int sample_environment(const Context *c, uint4 bits, LightSample *
     m_sincos_turns(turn, &sp, &cp);
     s->wi = (real3)(sine * cp, sine * sp, z);
     s->distance = REAL_MAX;
-    s->slack = s->obliqueness = 0;
+    s->slack = 0;
     s->radiance = (real3)(1);
     s->pdf = p * (real)(ENVIRONMENT_CELLS * 0.25 * INV_PI) * ENVIRONMENT_SHARE;
     s->light = ENVIRONMENT_LIGHT;
@@ -170,7 +168,7 @@ static inline int sample_lights(const Context *c, real3 P, uint4 bits, LightSamp
 {
 #ifdef HAS_ENVIRONMENT_SAMPLING
     const real share = ENVIRONMENT_SHARE;
-    // The highest bit chooses where there are both, half and half.
+    // Where there are both, the highest bit chooses, half and half.
     const int environment = share == 1 || (share > 0 && bits.x < 0x80000000u);
     if (share > 0 && share < 1) bits.x <<= 1;
     if (environment) return sample_environment(c, bits, s);

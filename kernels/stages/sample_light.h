@@ -39,7 +39,7 @@ static inline int stage_sample_light(const Context *c, uint slot)
     }
     path_set3(c, PATH_shadow_o, slot, P + offset);
     path_set3(c, PATH_shadow_d, slot, s.wi);
-    path_set(c, PATH_shadow_t, slot, shadow_length(&s, offset));
+    path_set(c, PATH_shadow_t, slot, shadow_length(&s));
     path_set3(c, PATH_shadow_L, slot, L);
 #ifdef HAS_SHADED_LIGHTS
     path_set_uint(c, PATHU_light, slot, s.light);

@@ -121,12 +121,12 @@ pub struct Summary {
     pub plan: Plan,
     /// Bytes of state that each path in flight has.
     pub bytes_per_path: u64,
-    /// How programs came about.
-    pub programs: programs::Tally,
     /// How often each stage was launched, by stage and material.
     pub launches: BTreeMap<(Stage, Option<MaterialId>), u32>,
     /// The buffers that all stages see, by name, with their bytes.
     pub buffers: Vec<(&'static str, u64)>,
+    /// How programs came about.
+    pub programs: programs::Tally,
     /// Warnings of the materials.
     pub warnings: Vec<String>,
     /// What the materials printed.

@@ -266,9 +266,9 @@ impl<'a> Session<'a> {
             counts,
             plan: plan.clone(),
             bytes_per_path,
-            programs: self.kernels.tally(),
             launches,
             buffers,
+            programs: self.kernels.tally(),
             warnings: self.compiled.warnings.clone(),
             messages,
         };

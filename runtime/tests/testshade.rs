@@ -45,3 +45,50 @@ fn indices_out_of_range_are_reported_and_clamped() {
     let (out, err) = testshade(&at, &["--options", "range_checking=0", "range"]);
     assert_eq!((out.as_str(), err.as_str()), ("3 6\n3 6\n8\n\n", ""));
 }
+
+const DATA: &str = "shader data(output float Cout = 0)\n{\n    float f = -1; color c = -1; int i = -1; string s = \"none\";\n\
+    int found = getattribute(\"f\", f) + 2 * getattribute(\"c\", c) + 4 * getattribute(\"i\", i);\n\
+    found += 8 * getattribute(\"s\", s) + 16 * getattribute(\"f\", i);\n\
+    printf(\"%g %g %d %s %d\\n\", f, c, i, s, found);\n}\n";
+
+#[test]
+fn getattribute_falls_back_to_userdata() {
+    let at = folder("data", &[("data", DATA)]);
+    let (out, _) = testshade(
+        &at,
+        &[
+            "--userdata:type=float",
+            "f",
+            "42",
+            "--userdata:type=color",
+            "c",
+            "1,2,3",
+            "--userdata",
+            "i",
+            "7",
+            "--userdata",
+            "s",
+            "text",
+            "data",
+        ],
+    );
+    // Data of another type is none.
+    assert_eq!(out, "42 1 2 3 7 text 15\n\n");
+    let (out, _) = testshade(&at, &["data"]);
+    assert_eq!(out, "-1 -1 -1 -1 -1 none 0\n\n");
+}
+
+#[test]
+fn integers_in_pictures_are_parts_of_the_largest() {
+    let at = folder("ints", &[("ints", "shader ints(output int i = 0) { i = u > 0.5 ? 1073741824 : -1; }")]);
+    for depth in ["float", "int"] {
+        let args = ["-g", "2", "1", "-o", "i", "i.tif", "-od", "float", "ints"];
+        let args = if depth == "int" { [&args[..5], &["i.tif", "ints"]].concat() } else { args.to_vec() };
+        testshade(&at, &args);
+        // What is stored is read back by shaders.
+        let look = "shader look(output color c = 0) { for (int x = 0; x < 2; ++x)\n\
+            printf(\"%.3f\\n\", float(texture(\"i.tif\", 0.25 + 0.5 * x, 0.5, \"interp\", \"closest\"))); }";
+        fs::write(at.join("look.osl"), look).expect("a shader");
+        assert_eq!(testshade(&at, &["look"]).0, "-0.000\n0.500\n\n", "{depth}");
+    }
+}

@@ -198,3 +198,14 @@ fn many_files_are_compiled_in_their_order() {
     assert_eq!(order(&done.out), (0..24).filter(|i| i % 5 != 3).collect::<Vec<_>>());
     assert_eq!(order(&done.err), [3, 8, 13, 18, 23]);
 }
+
+#[test]
+fn oslc_says_all_its_warnings() {
+    let at = folder("warnings");
+    let twice = "void f() { }\nvoid f() { }\n";
+    let text = format!("{twice}string concat(string a, string b) {{ return a; }}\n{twice}shader many() {{ f(); }}\n");
+    fs::write(at.join("many.osl"), text).expect("a shader");
+    let run = oslcl(&at, &["oslc", "many.osl"]);
+    let lines = |n: u32| run.err.matches(&format!("many.osl:{n}: warning")).count();
+    assert_eq!((1..=6).map(lines).collect::<Vec<_>>(), [0, 1, 1, 2, 3, 0], "{}", run.err);
+}

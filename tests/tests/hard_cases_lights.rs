@@ -59,6 +59,8 @@ fn lamps_of_any_size_and_power_give_their_form_factor() {
             scene.integrator.samples = run.count(64, 1024) as u32;
             lamp(&mut scene, wall(), radiance, size, h);
             let picture = render(run, ledger, name, &scene).0;
+            // A wall 2 units wide is known to 5e-7 in f32: half the distance of a lamp 1e-6 away.
+            let bound = if h < 1e-5 && !run.precision.is_double() { 0.1 } else { bound };
             ledger.at_most(
                 &format!("{name}: error of the mean"),
                 off(mean(&picture), under_square(radiance, size, h)),

@@ -143,7 +143,7 @@ fn shaders_stay_finite_at_the_edges_of_their_arithmetic() {
 fn what_is_not_finite_is_counted() {
     each("shaders", |run, ledger| {
         let scene = glowing("float big = 1e30 + P[1] * 0; Ci = big * big * emission();");
-        let options = Options { precision: run.precision, ..Options::default() };
+        let options = Options { choices: run.precision.into(), ..Options::default() };
         let (picture, summary) =
             render::render(&scene, run.device, &options, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
         let samples = 16 * 16 * 4;

@@ -164,7 +164,7 @@ fn flattening_transforms_are_refused_by_name() {
         let m = material(&mut scene, DIFFUSE, &[]);
         let w = mesh(&mut scene, wall());
         scenes::place(&mut scene, w, m, DAffine3::from_scale(scale));
-        let found = render::plan(&scene, Precision::Standard).err().map(|e| e.to_string());
+        let found = render::plan(&scene, &Precision::Standard.into()).err().map(|e| e.to_string());
         let named = found.as_ref().is_some_and(|e| e.contains("the transform of `instance 0` is singular"));
         assert_eq!((named, found.is_some()), (singular, singular), "{scale}: {found:?}");
     }

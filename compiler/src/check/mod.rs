@@ -63,6 +63,9 @@ pub(crate) const GLOBALS: [(&str, Base, bool); 13] = [
 /// Most findings of one run.
 const MAX_ERRORS: usize = 100;
 
+/// Warnings after which no more are kept. Many may be about functions that stand before the user's, and are left out later.
+const MAX_WARNINGS: usize = 1000;
+
 /// Checks a file. Findings come in the order in which they are found; warnings stand among the errors too.
 pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
     let mut checker =
@@ -133,7 +136,7 @@ impl Checker {
     }
 
     fn warn(&mut self, d: Diagnostic) {
-        if self.warnings.len() < MAX_ERRORS {
+        if self.warnings.len() < MAX_WARNINGS {
             self.warnings.push(d);
         }
     }

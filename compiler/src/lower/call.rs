@@ -91,6 +91,7 @@ impl Lower<'_> {
         for (place, storage, span) in copy_back {
             self.copy(&place, &Place::whole(storage), span);
         }
+        self.guard_call(id);
         result.map(Place::whole)
     }
 
@@ -160,6 +161,10 @@ impl Lower<'_> {
                     return None;
                 }
                 self.direct(id, outputs, args, e)
+            }
+            Lowering::Special if row.name == "exit" => {
+                self.exit_inside(e.span);
+                None
             }
             Lowering::Special => self.special(row.name, formals, args, e),
             _ => self.direct(id, outputs, args, e),

@@ -1,10 +1,10 @@
-//! `exit()` inside functions, as structured control flow.
+//! `exit()` inside functions and expressions, as structured control flow.
 //!
 //! In: the typed tree. Out: which functions may end the shader, and statements that call them. `exit()` there sets one flag
-//! for the whole shader and returns; each statement with such a call then leaves its own body as a `return` would.
+//! for the whole shader and returns. What follows such a call in the same statement is guarded by the flag, wherever in an
+//! expression the call stands; the statement then leaves its own body as a `return` would.
 
 use super::Lower;
-use super::place::Place;
 use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt as Typed};
 use crate::diag::Diagnostic;
 use crate::ir::{Block, Inst, LocalId, LocalKind, Stmt, Ty, UnaryOp, ValueId};
@@ -61,8 +61,8 @@ pub(super) fn is_exit(e: &Expr) -> bool {
     matches!(&e.kind, ExprKind::Call(Callee::Builtin { id, .. }, _) if crate::builtins::row(*id).name == "exit")
 }
 
-/// For each function whether it may end the shader; empty when none does.
-pub(super) fn exiting(tree: &Shader) -> Vec<bool> {
+/// For each function whether it may end the shader; `None` when the only calls of `exit()` are statements of the shader's own body.
+pub(super) fn exiting(tree: &Shader) -> Option<Vec<bool>> {
     let mut exits = vec![false; tree.functions.len()];
     let mut callers: Vec<Vec<FunctionId>> = vec![Vec::new(); tree.functions.len()];
     let mut todo = Vec::new();
@@ -76,27 +76,36 @@ pub(super) fn exiting(tree: &Shader) -> Vec<bool> {
             });
         });
     }
-    if todo.is_empty() {
-        return Vec::new();
+    let mut inside = false;
+    expressions(&tree.body, &mut |e| {
+        if !is_exit(e) {
+            visit(e, &mut |e| inside |= is_exit(e));
+        }
+    });
+    if todo.is_empty() && !inside {
+        return None;
     }
     while let Some(id) = todo.pop() {
         if !std::mem::replace(&mut exits[id.0 as usize], true) {
             todo.extend(&callers[id.0 as usize]);
         }
     }
-    exits
+    Some(exits)
 }
 
 impl Lower<'_> {
+    fn function_exits(&self, id: FunctionId) -> bool {
+        self.exiting.as_ref().and_then(|e| e.get(id.0 as usize)).copied().unwrap_or(false)
+    }
+
     fn is_exiting(&self, e: &Expr) -> bool {
-        let exits = |id: &FunctionId| self.exiting.get(id.0 as usize).copied().unwrap_or(false);
-        matches!(&e.kind, ExprKind::Call(Callee::User(id), _) if exits(id))
+        is_exit(e) || matches!(&e.kind, ExprKind::Call(Callee::User(id), _) if self.function_exits(*id))
     }
 
     /// Whether evaluating the expression may end the shader.
     pub(super) fn calls_exit(&self, e: &Expr) -> bool {
         let mut found = false;
-        if !self.exiting.is_empty() {
+        if self.exiting.is_some() {
             visit(e, &mut |e| found |= self.is_exiting(e));
         }
         found
@@ -112,28 +121,68 @@ impl Lower<'_> {
         local
     }
 
-    /// Refuses an expression that would do more after its call of `exit()`: nothing can be skipped inside expressions.
-    pub(super) fn refuse_rest(&mut self, e: &Expr) {
-        let (mut exits, mut effects) = (0, 0);
-        visit(e, &mut |e| match &e.kind {
-            _ if self.is_exiting(e) => exits += 1,
-            ExprKind::Assign(..) | ExprKind::AssignOp(..) | ExprKind::IncDec(..) => effects += 1,
-            ExprKind::Call(Callee::User(id), _) => {
-                let outputs = self.tree.functions[id.0 as usize].params.iter().any(|(_, output)| *output);
-                effects += usize::from(outputs);
+    /// For calls where nothing can be done about it.
+    pub(super) fn refuse_exit(&mut self, span: Span) {
+        let d = Diagnostic::not_yet("E3005", span, "a default of a parameter that may call exit()");
+        self.error(d.help("call it in the shader's body"));
+    }
+
+    /// What follows in the present statement runs only when the shader goes on: it goes into a block of its own, which
+    /// [`Lower::closing`] closes where the statement ends.
+    pub(super) fn open_guard(&mut self) {
+        self.blocks.push(Block::default());
+        self.guards += 1;
+    }
+
+    /// Runs the work of a statement, or of a branch inside one, and closes the guards that were opened in it. Whether there were any.
+    pub(super) fn closing(&mut self, span: Span, work: impl FnOnce(&mut Self)) -> bool {
+        let outer = std::mem::take(&mut self.guards);
+        work(self);
+        let opened = std::mem::replace(&mut self.guards, outer);
+        for _ in 0..opened {
+            let guarded = self.blocks.pop().unwrap_or_default();
+            if !guarded.stmts.is_empty() {
+                self.unless_exited(span, |l| l.push_all(guarded));
             }
-            ExprKind::Call(Callee::Builtin { outputs, .. }, _) => effects += usize::from(outputs.contains(&true)),
-            _ => {}
-        });
-        if exits > 1 || exits == 1 && effects > 0 {
-            self.refuse_exit(e.span);
+        }
+        opened > 0
+    }
+
+    /// A branch inside an expression: an `exit()` in it keeps the rest of the statement from running, too, once the caller has
+    /// pushed the branch and calls [`Lower::guard_rest`].
+    pub(super) fn branch(&mut self, span: Span, work: impl FnOnce(&mut Self)) -> Block {
+        let mut left = false;
+        let block = self.in_block(|l| left = l.closing(span, work));
+        self.left_branch |= left;
+        block
+    }
+
+    /// After branches of an expression.
+    pub(super) fn guard_rest(&mut self) {
+        if std::mem::take(&mut self.left_branch) {
+            self.open_guard();
         }
     }
 
-    /// For calls where nothing can be done about it.
-    pub(super) fn refuse_exit(&mut self, span: Span) {
-        let d = Diagnostic::not_yet("E3005", span, "a function that may call exit() in an expression like this");
-        self.error(d.help("call it in a statement of its own, or assign its result to a variable first"));
+    fn push_all(&mut self, block: Block) {
+        if let Some(at) = self.blocks.last_mut() {
+            at.stmts.extend(block.stmts);
+        }
+    }
+
+    /// `exit()` in the midst of an expression.
+    pub(super) fn exit_inside(&mut self, span: Span) {
+        let exited = self.exited();
+        let one = self.int(1, span);
+        self.push(Stmt::Store(exited, one));
+        self.open_guard();
+    }
+
+    /// After inlining a function: what follows runs only when it did not end the shader.
+    pub(super) fn guard_call(&mut self, id: FunctionId) {
+        if self.function_exits(id) {
+            self.open_guard();
+        }
     }
 
     /// `exit()` ends the shader: a return of its body, through all functions on the way.
@@ -169,29 +218,44 @@ impl Lower<'_> {
         self.push(Stmt::If(goes_on, then, Block::default()));
     }
 
-    /// A statement that is an expression with a call that may end the shader.
+    /// A statement that is an expression in which the shader may end.
     pub(super) fn exiting_statement(&mut self, e: &Expr, tail: bool) {
-        match &e.kind {
-            ExprKind::Call(Callee::User(_), args) if !args.iter().any(|a| self.calls_exit(a)) => self.effect(e),
-            ExprKind::Assign(target, value) if !self.calls_exit(target) => {
-                self.refuse_rest(value);
-                let storage = self.storage("t", value.ty, LocalKind::Variable);
-                let result = Place::whole(storage);
-                self.assign_expr(&result, value);
-                self.unless_exited(e.span, |l| {
-                    let place = l.place(target);
-                    l.copy(&place, &result, e.span);
-                });
-            }
-            _ => self.refuse_exit(e.span),
-        }
+        self.closing(e.span, |l| l.effect(e));
         self.leave_if_exited(e.span, tail);
     }
 
-    /// An `if` whose condition may end the shader.
+    /// A condition in which the shader may end; false then.
+    pub(super) fn exiting_condition(&mut self, cond: &Expr) -> ValueId {
+        let result = self.temp(Ty::Int);
+        let zero = self.int(0, cond.span);
+        self.push(Stmt::Store(result, zero));
+        self.closing(cond.span, |l| {
+            let value = l.expr(cond);
+            l.push(Stmt::Store(result, value));
+        });
+        self.value(Inst::Load(result), Ty::Int, cond.span)
+    }
+
+    /// The condition of a loop, of which it or the step may end the shader.
+    pub(super) fn exiting_head(&mut self, cond: Option<&Expr>, span: Span) -> ValueId {
+        let result = self.temp(Ty::Int);
+        let zero = self.int(0, span);
+        self.push(Stmt::Store(result, zero));
+        self.unless_exited(span, |l| {
+            l.closing(span, |l| {
+                let value = match cond {
+                    Some(e) => l.expr(e),
+                    None => l.int(1, span),
+                };
+                l.push(Stmt::Store(result, value));
+            });
+        });
+        self.value(Inst::Load(result), Ty::Int, span)
+    }
+
+    /// An `if` in whose condition the shader may end.
     pub(super) fn exiting_if(&mut self, cond: &Expr, branches: [&[Typed]; 2], tail: bool) {
-        self.refuse_rest(cond);
-        let value: ValueId = self.expr(cond);
+        let value = self.exiting_condition(cond);
         self.leave_if_exited(cond.span, tail);
         self.unless_exited(cond.span, |l| {
             let [then, otherwise] = branches.map(|b| l.in_block(|l| l.stmts(b, tail)));

@@ -158,7 +158,7 @@ impl Lower<'_> {
                 }
                 let result = self.temp(ir_type(e.ty.base));
                 let branch = |l: &mut Self, e: &Expr| {
-                    l.in_block(|l| {
+                    l.branch(e.span, |l| {
                         let value = l.expr(e);
                         l.push(Stmt::Store(result, value));
                     })
@@ -166,6 +166,7 @@ impl Lower<'_> {
                 let then = branch(self, a);
                 let otherwise = branch(self, b);
                 self.push(Stmt::If(cond, then, otherwise));
+                self.guard_rest();
                 self.value(Inst::Load(result), ir_type(e.ty.base), span)
             }
             ExprKind::Comma(parts) => match parts.split_last() {
@@ -275,13 +276,14 @@ impl Lower<'_> {
         }
         let result = self.temp(Ty::Int);
         self.push(Stmt::Store(result, left));
-        let right = self.in_block(|l| {
+        let right = self.branch(r.span, |l| {
             let value = l.expr(r);
             let value = l.as_bool(value, span);
             l.push(Stmt::Store(result, value));
         });
         let (then, otherwise) = if op == Op::And { (right, Block::default()) } else { (Block::default(), right) };
         self.push(Stmt::If(left, then, otherwise));
+        self.guard_rest();
         self.value(Inst::Load(result), Ty::Int, span)
     }
 

@@ -85,6 +85,8 @@ pub fn lower_for(checked: &Checked, settings: &Settings) -> Result<ir::Shader, V
         too_large: false,
         exiting: exit::exiting(shader),
         exited: None,
+        guards: 0,
+        left_branch: false,
     };
     for param in &shader.params {
         lower.param(param);
@@ -116,10 +118,14 @@ pub(crate) struct Lower<'a> {
     frames: Vec<Frame>,
     errors: Vec<Diagnostic>,
     too_large: bool,
-    /// For each function whether it may end the shader; empty when none does.
-    exiting: Vec<bool>,
+    /// For each function whether it may end the shader; `None` when only statements of the shader's body do.
+    exiting: Option<Vec<bool>>,
     /// Set to 1 by `exit()` in a function; made on first use.
     exited: Option<LocalId>,
+    /// Blocks that the present statement opened behind calls of `exit()`.
+    guards: u32,
+    /// A branch that was just lowered may have ended the shader.
+    left_branch: bool,
 }
 
 /// The IR's type of an OSL base type that is no struct.

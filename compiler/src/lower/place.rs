@@ -182,9 +182,10 @@ impl Lower<'_> {
             }
             ExprKind::Ternary(cond, a, b) => {
                 let cond = self.expr(cond);
-                let then = self.in_block(|l| l.assign_expr(place, a));
-                let otherwise = self.in_block(|l| l.assign_expr(place, b));
+                let then = self.branch(a.span, |l| l.assign_expr(place, a));
+                let otherwise = self.branch(b.span, |l| l.assign_expr(place, b));
                 self.push(Stmt::If(cond, then, otherwise));
+                self.guard_rest();
             }
             ExprKind::Comma(parts) => {
                 if let Some((last, head)) = parts.split_last() {

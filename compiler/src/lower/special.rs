@@ -227,11 +227,12 @@ impl Lower<'_> {
                 let texts = [what.to_owned(), choices.join(","), taken.to_owned()];
                 let [what, list, taken] = texts.map(|t| l.constant(Const::Str(t), span));
                 let reached = l.internal("unknown_name", arg_values(&[what, list, given, taken]), Ty::Int, span);
-                let then = l.in_block(|l| {
+                let then = l.branch(span, |l| {
                     let value = make(l, None);
                     l.push(Stmt::Store(result, value));
                 });
-                return l.push(Stmt::If(reached, then, crate::ir::Block::default()));
+                l.push(Stmt::If(reached, then, crate::ir::Block::default()));
+                return l.guard_rest();
             }
             let value = make(l, choice);
             l.push(Stmt::Store(result, value));
@@ -250,9 +251,10 @@ impl Lower<'_> {
         let Some(choice) = choices.get(i) else { return choose(self, None) };
         let text = self.constant(Const::Str((*choice).to_string()), span);
         let same = self.value(Inst::Binary(BinaryOp::Eq, given, text), Ty::Int, span);
-        let then = self.in_block(|l| choose(l, Some(i)));
-        let rest = self.in_block(|l| l.compare_names(given, choices, i + 1, span, choose));
+        let then = self.branch(span, |l| choose(l, Some(i)));
+        let rest = self.branch(span, |l| l.compare_names(given, choices, i + 1, span, choose));
         self.push(Stmt::If(same, then, rest));
+        self.guard_rest();
     }
 
     pub(super) fn zero_of(&mut self, ty: Ty, span: Span) -> ValueId {

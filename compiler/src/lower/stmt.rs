@@ -28,7 +28,9 @@ impl Lower<'_> {
             Typed::Return(..) => true,
             Typed::Block(b) => self.may_return(b),
             Typed::If(c, a, b) => self.may_return(a) || self.may_return(b) || self.calls_exit(c),
-            Typed::Loop { body, .. } => self.may_return(body),
+            Typed::Loop { cond, step, body, .. } => {
+                self.may_return(body) || cond.iter().chain(step).any(|e| self.calls_exit(e))
+            }
             Typed::Expr(e) => is_exit(e) || self.calls_exit(e),
             Typed::Declare(_, Some(e)) => self.calls_exit(e),
             _ => false,
@@ -113,9 +115,7 @@ impl Lower<'_> {
                 self.env.insert(*var, storage.clone());
                 // Without an initialiser the value is undefined, also at each turn of a loop: nothing is stored.
                 if let Some(e) = init {
-                    self.assign_expr(&Place::whole(storage), e);
-                    if self.calls_exit(e) {
-                        self.refuse_rest(e);
+                    if self.closing(e.span, |l| l.assign_expr(&Place::whole(storage), e)) {
                         self.leave_if_exited(e.span, tail);
                     }
                 }
@@ -131,16 +131,21 @@ impl Lower<'_> {
                 let otherwise = self.in_block(|l| l.stmts(b, tail));
                 self.push(Stmt::If(cond, then, otherwise));
             }
-            Typed::Loop { cond, after, step, body } => self.loop_(cond.as_ref(), *after, step.as_ref(), body),
+            Typed::Loop { cond, after, step, body } => {
+                self.loop_(cond.as_ref(), *after, step.as_ref(), body, tail);
+            }
             Typed::Break => self.push(Stmt::Break),
             Typed::Continue => self.push(Stmt::Continue),
             Typed::Return(value, span) => {
                 let result = self.frames.last().and_then(|f| f.result.clone());
-                if let Some(e) = value {
-                    self.refuse_rest(e);
-                }
-                if let (Some(e), Some(result)) = (value, result) {
-                    self.assign_expr(&Place::whole(result), e);
+                match (value, result) {
+                    (Some(e), Some(result)) => {
+                        self.closing(e.span, |l| l.assign_expr(&Place::whole(result), e));
+                    }
+                    (Some(e), None) => {
+                        self.closing(e.span, |l| l.effect(e));
+                    }
+                    (None, _) => {}
                 }
                 self.returned(*span, tail);
             }
@@ -159,15 +164,14 @@ impl Lower<'_> {
         }
     }
 
-    fn loop_(&mut self, cond: Option<&Expr>, after: bool, step: Option<&Expr>, body: &[Typed]) {
-        if let Some(e) = cond.into_iter().chain(step).find(|e| self.calls_exit(e)) {
-            self.refuse_exit(e.span);
-        }
+    fn loop_(&mut self, cond: Option<&Expr>, after: bool, step: Option<&Expr>, body: &[Typed], tail: bool) {
+        let exits = cond.into_iter().chain(step).find(|e| self.calls_exit(e)).map(|e| e.span);
         let mut value = ValueId(0);
         let head = self.in_block(|l| {
-            value = match cond {
-                Some(e) => l.expr(e),
-                None => {
+            value = match (exits, cond) {
+                (Some(span), _) => l.exiting_head(cond, span),
+                (None, Some(e)) => l.expr(e),
+                (None, None) => {
                     let span = Span { file: crate::source::FileId(0), start: 0, end: 0 };
                     l.int(1, span)
                 }
@@ -182,9 +186,12 @@ impl Lower<'_> {
         }
         let step = self.in_block(|l| {
             if let Some(e) = step {
-                l.effect(e);
+                l.closing(e.span, |l| l.effect(e));
             }
         });
         self.push(Stmt::Loop(Box::new(Loop { head, cond: value, tested_after: after, body: body_block, step })));
+        if let Some(span) = exits {
+            self.leave_if_exited(span, tail);
+        }
     }
 }

@@ -56,6 +56,28 @@ pub enum BenchCommand {
     Accuracy(AccuracyArgs),
     /// How long scenes take to their first ray: cold, warm, after an edit.
     Startup(StartupArgs),
+    /// What it saves to simulate only what a scene calls for: ten scenes, as planned and with every effect on.
+    Effects(EffectsArgs),
+}
+
+/// Arguments of `oslcl bench effects`.
+#[derive(Debug, Args)]
+pub struct EffectsArgs {
+    /// The page.
+    #[arg(short, long, value_name = "FILE", default_value = "effects.md")]
+    pub output: PathBuf,
+    /// Timed renders of each scene, both ways in turn.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub spp: u32,
+    /// Size of the picture in pixels [default: 256x256].
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
 }
 
 /// Arguments of `oslcl bench accuracy`.
@@ -451,6 +473,13 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+fn parse_error(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(e) if e > 0.0 && e < 1.0 => Ok(e),
+        _ => Err(format!("`{text}` is not a number between 0 and 1")),
+    }
+}
+
 /// A number of bytes, such as 500M.
 fn parse_bytes(text: &str) -> Result<u64, String> {
     let wrong = || format!("`{text}` is not a number of bytes, such as 500M or 2G");
@@ -462,13 +491,6 @@ fn parse_bytes(text: &str) -> Result<u64, String> {
     };
     let number: u64 = digits.parse().map_err(|_| wrong())?;
     number.checked_mul(1 << shift).ok_or_else(wrong)
-}
-
-fn parse_error(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(e) if e > 0.0 && e < 1.0 => Ok(e),
-        _ => Err(format!("`{text}` is not a number between 0 and 1")),
-    }
 }
 
 fn parse_stops(text: &str) -> Result<f64, String> {

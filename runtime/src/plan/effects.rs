@@ -161,6 +161,16 @@ impl Effect {
         }
     }
 
+    /// Whether it is how another renderer does things, which only scenes of its format ask for: nobody can force it or leave it out.
+    pub fn is_convention(self) -> bool {
+        matches!(self, SharedCubes | TrustedNormals)
+    }
+
+    /// All that can be forced or left out.
+    pub fn choosable() -> impl Iterator<Item = Effect> {
+        Effect::ALL.iter().copied().filter(|e| !e.is_convention())
+    }
+
     /// The effect of a lobe, by its name in artifacts.
     pub fn of_lobe(name: &str) -> Option<Effect> {
         Effect::ALL.iter().copied().find(|e| e.name().strip_prefix("lobe_") == Some(name))

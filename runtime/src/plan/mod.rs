@@ -46,7 +46,12 @@ impl Plan {
     /// Plans a scene. `scene`: as [`Overrides::apply`] leaves what is `written`. `materials`: one element per material of the
     /// scene, `None` where nothing uses it.
     pub fn new(written: &Scene, scene: &Scene, materials: &[Option<Artifact>], choices: &Choices) -> Plan {
-        let decisions = effects::decide(written, materials, choices);
+        let mut decisions = effects::decide(written, materials, choices);
+        if scene.instances.is_empty() {
+            // Nothing but the environment's stage is there to carry the paths on.
+            let asked = &mut decisions[Effect::VaryingEnvironment as usize];
+            (asked.forced, asked.removed) = (true, false);
+        }
         let on: BTreeSet<Effect> = decisions.iter().filter(|d| d.is_on()).map(|d| d.effect).collect();
         let surface_materials = surface_materials(scene);
         let asks = on.contains(&Effect::VaryingLights);

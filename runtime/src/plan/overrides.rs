@@ -39,7 +39,7 @@ impl FromIterator<Effect> for EffectSet {
 
 /// No effect has the name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no effect `{name}`{}\n  help: effects are {}", .suggestion.as_ref().map_or(String::new(), |s| format!(": did you mean `{s}`?")), Effect::ALL.iter().map(|e| e.name()).collect::<Vec<_>>().join(", "))]
+#[error("there is no effect `{name}`{}\n  help: effects are {}", .suggestion.as_ref().map_or(String::new(), |s| format!(": did you mean `{s}`?")), Effect::choosable().map(|e| e.name()).collect::<Vec<_>>().join(", "))]
 pub struct UnknownEffect {
     /// What was written.
     pub name: String,
@@ -82,9 +82,9 @@ impl Overrides {
     /// As [`Overrides::new`], by name.
     pub fn by_name(force: &[String], without: &[String]) -> Result<Overrides, UnknownEffect> {
         let find = |name: &String| {
-            Effect::ALL.iter().copied().find(|e| e.name() == name).ok_or_else(|| UnknownEffect {
+            Effect::choosable().find(|e| e.name() == name).ok_or_else(|| UnknownEffect {
                 name: name.clone(),
-                suggestion: oslcl_compiler::suggest::closest(name, Effect::ALL.iter().map(|e| e.name()))
+                suggestion: oslcl_compiler::suggest::closest(name, Effect::choosable().map(|e| e.name()))
                     .map(str::to_owned),
             })
         };

@@ -87,6 +87,10 @@ fn float(reader: &mut Reader, tag: Tag) -> Option<f64> {
     })
 }
 
+fn parts<T: Into<f64>>(values: Vec<T>, largest: f64) -> Vec<f32> {
+    values.into_iter().map(|v| (v.into() / largest).max(-1.0) as f32).collect()
+}
+
 fn subimage(reader: &mut Reader) -> Result<Subimage, String> {
     let wrong = |cause: tiff::TiffError| cause.to_string();
     let (width, height) = reader.dimensions().map_err(wrong)?;
@@ -100,7 +104,11 @@ fn subimage(reader: &mut Reader) -> Result<Subimage, String> {
         DecodingResult::U32(v) => {
             Texels::F32(v.into_iter().map(|x| (f64::from(x) / f64::from(u32::MAX)) as f32).collect())
         }
-        _ => return Err("its pixels are neither unsigned integers nor floats".to_owned()),
+        // Signed integers are parts of the largest one.
+        DecodingResult::I8(v) => Texels::F32(parts(v, f64::from(i8::MAX))),
+        DecodingResult::I16(v) => Texels::F32(parts(v, f64::from(i16::MAX))),
+        DecodingResult::I32(v) => Texels::F32(parts(v, f64::from(i32::MAX))),
+        _ => return Err("its pixels are neither integers of 32 bits nor floats".to_owned()),
     };
     let wanted = (width as usize).checked_mul(height as usize).and_then(|n| n.checked_mul(channels));
     if channels == 0 || width == 0 || height == 0 || wanted != Some(texels.count()) {

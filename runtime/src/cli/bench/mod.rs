@@ -1,6 +1,7 @@
 //! `oslcl bench`: reports that anyone can make again, one file a subject.
 
 mod accuracy;
+mod effects;
 mod startup;
 
 use super::Error;
@@ -11,5 +12,6 @@ pub fn run(command: &BenchCommand) -> Result<(), Error> {
     match command {
         BenchCommand::Accuracy(args) => accuracy::run(args),
         BenchCommand::Startup(args) => startup::run(args),
+        BenchCommand::Effects(args) => effects::run(args),
     }
 }

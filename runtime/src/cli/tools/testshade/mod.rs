@@ -111,7 +111,7 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
     let options = Options {
         entry,
         textures: Some(library.access()),
-        attributes: grid.attributes(),
+        attributes: supplies::attributes(args, grid.attributes()),
         documents: Some(sources::documents()),
         userdata: Some(supplies.declared()),
         interactive: true,
@@ -181,7 +181,7 @@ fn deliver(args: &Args, shaded: Shaded, outputs: &[(String, String)]) -> Result<
     for (plane, (_, file)) in planes.iter().zip(outputs).filter(|(_, (_, file))| file != "null") {
         let whole = plane.ty.starts_with("int");
         let depth = args.depth.unwrap_or(if whole { Depth::Int } else { Depth::Float });
-        raster::write(Path::new(file), &picture(plane, depth), depth)?;
+        raster::write(Path::new(file), &picture(plane, whole), depth)?;
     }
     Ok(())
 }
@@ -234,9 +234,9 @@ fn values(planes: &[Plane]) -> String {
     out
 }
 
-/// An output as a picture; integers as parts of the largest one.
-fn picture(plane: &Plane, depth: Depth) -> Raster {
-    let largest = if depth == Depth::Int { f64::from(i32::MAX) } else { 1.0 };
+/// An output as a picture; integers (`whole`) as parts of the largest one, whatever they are stored as, as by the reference's tool.
+fn picture(plane: &Plane, whole: bool) -> Raster {
+    let largest = if whole { f64::from(i32::MAX) } else { 1.0 };
     Raster {
         width: plane.grid.width as usize,
         height: plane.grid.height as usize,

@@ -4,6 +4,7 @@
 
 use super::args::{Args, Value};
 use super::build::Built;
+use oslcl_compiler::attributes::{Attribute, Attributes, Value as Constant};
 use oslcl_compiler::types::{Base, Extent, Type};
 use oslcl_compiler::{Binding, Lazy, Userdata};
 use oslcl_runtime::shade::{Given, PointData, Supplies};
@@ -40,6 +41,29 @@ fn type_of(value: &Value) -> Type {
         _ => Base::Float,
     };
     Type { base, extent: length.map_or(Extent::Scalar, Extent::Fixed) }
+}
+
+/// What `getattribute` finds: the grid's attributes, and the data of `--userdata` where there is none of the name.
+pub fn attributes(args: &Args, mut known: Attributes) -> Attributes {
+    for value in &args.userdata {
+        let floats = |list: &[f64]| list.iter().map(|v| Constant::Float(*v)).collect();
+        let constant = match &value.value {
+            Binding::Int(v) => i32::try_from(*v).map_or(Constant::Float(*v as f64), Constant::Int),
+            Binding::Float(v) => Constant::Float(*v),
+            Binding::Str(s) => Constant::Str(s.clone()),
+            Binding::Floats(list) => match (list.as_slice(), type_of(value).extent) {
+                ([x, y, z], Extent::Scalar) => Constant::Triple([*x, *y, *z]),
+                _ => Constant::Array(floats(list)),
+            },
+            Binding::Strs(list) => Constant::Array(list.iter().map(|s| Constant::Str(s.clone())).collect()),
+        };
+        let ty = type_of(value);
+        let length = if let Extent::Fixed(n) = ty.extent { format!("[{n}]") } else { String::new() };
+        let ty = format!("{}{length}", ty.base.keyword());
+        // The first that fits counts: data comes after attributes.
+        known.list.push(Attribute { object: String::new(), name: value.name.clone(), ty, value: constant });
+    }
+    known
 }
 
 /// The values of `--reparam`, by the names of interactive parameters.

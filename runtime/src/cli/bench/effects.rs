@@ -1,0 +1,223 @@
+//! `oslcl bench effects`: what it saves to simulate only what a scene calls for. Ten scenes, each with more in it than the one
+//! before, as planned and with every effect forced on.
+//!
+//! In: a device. Out: a page in Markdown. The scenes are in the binary: nothing else is needed to make the page again.
+
+use super::super::args::EffectsArgs;
+use super::super::{Error, render as rendering, terminal};
+use oslcl_runtime::choices::Choices;
+use oslcl_runtime::device::Device;
+use oslcl_runtime::files::{self, Output};
+use oslcl_runtime::plan::{Effect, Overrides};
+use oslcl_runtime::render::{Options, Summary};
+use oslcl_runtime::scene::{self, Film, Scene};
+use oslcl_runtime::session::Session;
+use std::fmt::Write;
+use std::path::Path;
+
+/// What every scene has, and what each adds: a title and text of a scene file.
+const HEAD: &str = "[camera]\norigin = [0, -6, 1.5]\ntarget = [0, 0, 0.3]\nhfov = 40.0\nLENS\n[integrator]\nsamples = 16\nmax_depth = 6\nroulette = ROULETTE\n";
+const STEPS: [(&str, &str); 10] = [
+    (
+        "one diffuse sphere",
+        "[environment]\nSKY\n[materials.ball]\nosl = \"surface ball() { Ci = 0.5 * diffuse(N); }\"\n\
+         [[meshes]]\nname = \"ball\"\nshape = \"sphere\"\nsize = 2\nmaterial = \"ball\"\n",
+    ),
+    (
+        "and a lamp",
+        "[materials.lamp]\nshader = \"emitter\"\nparams = { radiance = [12.0, 11.0, 9.0] }\n[[meshes]]\nname = \"lamp\"\nshape = \"quad\"\n\
+         material = \"lamp\"\ntransform = { rotate = { axis = [1, 0, 0], degrees = 180 }, translate = [0, 0, 4] }\n",
+    ),
+    (
+        "and a floor with a pattern",
+        "[materials.floor]\nosl = \"surface floor() { Ci = (0.3 + 0.2 * mod(floor(8 * u) + floor(8 * v), 2)) * diffuse(N); }\"\n[[meshes]]\nname = \"floor\"\nshape = \"quad\"\nsize = [12, 12]\nmaterial = \"floor\"\n\
+         transform = { translate = [0, 0, -1] }\n",
+    ),
+    (
+        "and metal",
+        "[materials.metal]\nshader = \"metal\"\n[[meshes]]\nname = \"metal\"\nshape = \"sphere\"\nmaterial = \"metal\"\ntransform = { translate = [-2, 0, -0.5] }\n",
+    ),
+    (
+        "and glass",
+        "[materials.glass]\nshader = \"glass\"\n[[meshes]]\nname = \"glass\"\nshape = \"sphere\"\nmaterial = \"glass\"\ntransform = { translate = [2, 0, -0.5] }\n",
+    ),
+    ("and a sky that differs by direction", ""),
+    ("and depth of field, and roulette", ""),
+    (
+        "and a mesh placed three times",
+        "[[instances]]\nmesh = \"metal\"\ntransform = { translate = [-1.5, -1.5, -0.7] }\n[[instances]]\nmesh = \"metal\"\ntransform = { translate = [1.5, -1.5, -0.7] }\n",
+    ),
+    (
+        "and a layered material",
+        "[materials.layered]\nshader = \"standard_surface\"\nparams = { base_color = [0.55, 0.04, 0.06], sheen = 0.3, film = 350.0 }\n\
+         [[meshes]]\nname = \"layered\"\nshape = \"sphere\"\nmaterial = \"layered\"\ntransform = { translate = [0, -2, -0.5] }\n",
+    ),
+    (
+        "and everything else",
+        "[materials.bumps]\nosl = \"displacement bumps() { P += 0.1 * noise(\\\"perlin\\\", 4 * P) * N; }\"\n\
+         [materials.all]\ndisplacement = \"bumps\"\nosl = \"\"\"surface all() {\n\
+           point o = transform(\"object\", P), c = transform(\"camera\", P), n = transform(\"NDC\", P);\n\
+           color tint = 0.5 + 0.1 * color(noise(o), c[2] * 0.1, n[0]);\n\
+           float soft = clamp(1 - filterwidth(P)[0], 0, 1) * (raytype(\"camera\") ? 1 : 0.9);\n\
+           Ci = soft * tint * (0.2 * diffuse(N) + 0.1 * oren_nayar(N, 0.4) + 0.1 * translucent(N) + 0.1 * phong(N, 20)\n\
+              + 0.1 * ward(N, dPdu, 0.2, 0.1) + 0.1 * microfacet(\"ggx\", N, 0.2, 1.5, 0) + 0.05 * transparent() + 0.05 * holdout()\n\
+              + 0.1 * burley_diffuse_bsdf(N, color(0.8), 0.5) + 0.1 * sheen_bsdf(N, color(1), 0.5))\n\
+              + 0.01 * u * emission(); }\"\"\"\n\
+         [[meshes]]\nname = \"all\"\nshape = \"sphere\"\nmaterial = \"all\"\ntransform = { translate = [0.9, -2.4, -0.5] }\n",
+    ),
+];
+
+/// The scene with the first `count` steps.
+fn scene(count: usize, size: (u32, u32), spp: u32) -> Result<Scene, Error> {
+    let sky = if count > 5 {
+        "shader = \"sky\""
+    } else {
+        "osl = \"surface sky() { Ci = color(0.4, 0.5, 0.6) * background(); }\""
+    };
+    let (lens, roulette) = if count > 6 { ("lens_radius = 0.05", "3") } else { ("", "false") };
+    let mut text = HEAD.replace("LENS", lens).replace("ROULETTE", roulette);
+    // Instances stand behind meshes of the same list only: the order of tables does not count.
+    for (_, step) in &STEPS[..count] {
+        text.push_str(&step.replace("SKY", sky));
+    }
+    let mut scene = scene::parse(&text, Path::new("effects.toml"))?;
+    scene.film = Film { width: size.0, height: size.1 };
+    scene.integrator.samples = spp;
+    Ok(scene)
+}
+
+/// One scene, both ways.
+struct Row {
+    title: &'static str,
+    /// Seconds of each run.
+    planned: Vec<f64>,
+    forced: Vec<f64>,
+    bytes: [u64; 2],
+    effects: usize,
+    kernels: [usize; 2],
+    same: bool,
+}
+
+/// Every effect that does not change how numbers are computed.
+fn all_effects() -> impl Iterator<Item = Effect> {
+    Effect::choosable().filter(|e| *e != Effect::DoublePrecision)
+}
+
+/// Renders, writes the page.
+pub fn run(args: &EffectsArgs) -> Result<(), Error> {
+    let device = Device::open(args.device.as_deref())?;
+    let mut rows = Vec::new();
+    for (index, (title, _)) in STEPS.iter().enumerate() {
+        terminal::progress(&format!("{} of {}: {title}", index + 1, STEPS.len()));
+        rows.push(row(title, &scene(index + 1, args.size.unwrap_or((256, 256)), args.spp)?, &device, args.runs)?);
+    }
+    terminal::progress("");
+    let page = page(&rows, &device, args);
+    terminal::print(&page)?;
+    Ok(files::replace(&[Output { path: args.output.clone(), bytes: page.into_bytes() }])?)
+}
+
+fn row(title: &'static str, scene: &Scene, device: &Device, runs: u32) -> Result<Row, Error> {
+    let say = |e| rendering::say(Path::new(title), e);
+    let plain = Options::default();
+    let forced = Choices { overrides: Overrides::new(all_effects(), []), ..plain.choices };
+    let forced = Options { choices: forced, ..plain };
+    let mut sessions =
+        [Session::new(scene, device, &plain).map_err(say)?, Session::new(scene, device, &forced).map_err(say)?];
+    let mut seconds = [Vec::new(), Vec::new()];
+    let mut seen: [Option<(Vec<[f32; 3]>, Summary)>; 2] = [None, None];
+    // Turn by turn, so that what else the machine does meets both alike; the first of each warms up.
+    for run in 0..=runs {
+        for (which, session) in sessions.iter_mut().enumerate() {
+            let (picture, summary) = session.render(&mut |_| {}).map_err(say)?;
+            if run > 0 {
+                seconds[which].push(summary.render_time.as_secs_f64());
+            }
+            seen[which] = Some((picture.pixels, summary));
+        }
+    }
+    let [planned, forced] = seconds;
+    let bytes = seen.each_ref().map(|s| s.as_ref().map_or(0, |(_, s)| s.bytes_per_path));
+    let kernels =
+        seen.each_ref().map(|s| s.as_ref().map_or(0, |(_, s)| s.plan.programs.iter().map(|p| p.stages.len()).sum()));
+    let effects = seen[0].as_ref().map_or(0, |(_, s)| s.plan.decisions.iter().filter(|d| d.is_on()).count());
+    let same = matches!(&seen, [Some((a, _)), Some((b, _))] if a == b);
+    Ok(Row { title, planned, forced, bytes, effects, kernels, same })
+}
+
+fn median(sample: &[f64]) -> f64 {
+    let mut sorted = sample.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.len() {
+        0 => f64::NAN,
+        n => (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0,
+    }
+}
+
+fn page(rows: &[Row], device: &Device, args: &EffectsArgs) -> String {
+    let (width, height) = args.size.unwrap_or((256, 256));
+    let mut out = format!(
+        "# What planning saves\n\nWritten by `oslcl bench effects --size {width}x{height} --spp {} --runs {}` on {}. Each scene has \
+         what those above it have and something more. \"Forced\" is the same scene with all {} effects forced on but \
+         `double_precision`. Times are medians of {} runs, taken in turn; behind them the least and the greatest.\n\n\
+         | scene | effects on | planned, ms | forced, ms | times faster | bytes per path, planned | forced | kernels, planned | forced | same bits |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+        args.spp,
+        args.runs,
+        device.info.name,
+        Effect::ALL.len(),
+        args.runs
+    );
+    for r in rows {
+        let time = |s: &[f64]| {
+            let (least, most) = s.iter().fold((f64::MAX, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
+            format!("{:.1} ({:.1} to {:.1})", 1e3 * median(s), 1e3 * least, 1e3 * most)
+        };
+        let _ = writeln!(
+            out,
+            "| {} | {} | {} | {} | {:.2} | {} | {} | {} | {} | {} |",
+            r.title,
+            r.effects,
+            time(&r.planned),
+            time(&r.forced),
+            median(&r.forced) / median(&r.planned),
+            r.bytes[0],
+            r.bytes[1],
+            r.kernels[0],
+            r.kernels[1],
+            if r.same { "yes" } else { "no" }
+        );
+    }
+    let simplest = rows.first().map_or(f64::NAN, |r| median(&r.forced) / median(&r.planned));
+    let slower: Vec<&str> = rows.iter().filter(|r| median(&r.planned) > median(&r.forced)).map(|r| r.title).collect();
+    let _ = writeln!(
+        out,
+        "\nMarks: at least 2 times faster on the simplest scene: {} ({simplest:.2}). Never slower: {}.",
+        if simplest >= 2.0 { "met" } else { "missed" },
+        if slower.is_empty() { "met".to_owned() } else { format!("missed by {}", slower.join(", ")) }
+    );
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_scene_reads_and_calls_for_more_than_the_one_before() {
+        let mut before = 0;
+        for count in 1..=STEPS.len() {
+            let scene = scene(count, (8, 8), 1).unwrap_or_else(|e| panic!("{count}: {e}"));
+            let (plan, _) = oslcl_runtime::render::plan(&scene, &Choices::default()).unwrap_or_else(|e| panic!("{e}"));
+            let on = plan.decisions.iter().filter(|d| d.is_on()).count();
+            assert!(on > before, "{}: {on} after {before}", STEPS[count - 1].0);
+            before = on;
+        }
+    }
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&[4.0, 1.0]), 2.5);
+    }
+}
