@@ -9,13 +9,13 @@ use std::time::Duration;
 /// A ball of each of `colours`, one material each.
 fn scene(colours: &[&str]) -> String {
     let mut out = String::from(
-        "[camera]\norigin = [0, 0, 9]\n[film]\nwidth = 12\nheight = 8\n[integrator]\nsamples = 1\nmax_depth = 2\n\
+        "[camera]\norigin = [0, -9, 1]\ntarget = [0, 0, 0]\n[film]\nwidth = 12\nheight = 8\n[integrator]\nsamples = 1\nmax_depth = 2\n\
          [environment]\nshader = \"sky\"\n",
     );
     for (i, colour) in colours.iter().enumerate() {
         out.push_str(&format!(
             "[materials.m{i}]\nshader = \"matte\"\nparams = {{ Cs = {colour} }}\n\
-             [[meshes]]\nshape = \"sphere\"\nsize = 1\nmaterial = \"m{i}\"\n"
+             [[meshes]]\nname = \"b{i}\"\nshape = \"sphere\"\nsize = 1\nmaterial = \"m{i}\"\n"
         ));
     }
     out

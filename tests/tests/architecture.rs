@@ -94,6 +94,12 @@ const WALLS: &[Wall] = &[
         except: &[],
     },
     Wall {
+        place: "runtime/src/cache",
+        forbidden: &["crate::device", "crate::scene", "crate::plan", "crate::roads", "oslcl_compiler"],
+        why: "kept programs are keys and bytes",
+        except: &[],
+    },
+    Wall {
         place: "runtime/src/plan",
         forbidden: &["crate::device"],
         why: "the plan is testable with no device",

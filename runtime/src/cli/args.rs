@@ -54,6 +54,8 @@ pub enum Command {
 pub enum BenchCommand {
     /// What each choice between accuracy and time costs and buys on a scene: a table, CSV and plots.
     Accuracy(AccuracyArgs),
+    /// How long scenes take to their first ray: cold, warm, after an edit.
+    Startup(StartupArgs),
     /// What it saves to simulate only what a scene calls for: ten scenes, as planned and with every effect on.
     Effects(EffectsArgs),
 }
@@ -107,6 +109,51 @@ pub struct AccuracyArgs {
     /// Built programs.
     #[command(flatten)]
     pub cache: CacheArgs,
+}
+
+/// Arguments of `oslcl bench startup`.
+#[derive(Debug, Args)]
+pub struct StartupArgs {
+    /// The scenes.
+    #[arg(default_value = "scenes/gallery.toml")]
+    pub scenes: Vec<PathBuf>,
+    /// File for the report, in Markdown.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Starts of each kind that can be repeated; the quickest counts.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub repeat: u32,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
+    /// Built programs, of the starts that this command makes.
+    #[command(flatten)]
+    pub cache: CacheArgs,
+    /// Start one scene in this process and print its times: how the command measures.
+    #[arg(long, hide = true)]
+    pub start: Option<StartArg>,
+}
+
+/// What is different from the scene as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StartArg {
+    /// Nothing.
+    Plain,
+    /// A parameter's value.
+    Parameter,
+    /// A material's source.
+    Edited,
+}
+
+impl StartArg {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            StartArg::Plain => "plain",
+            StartArg::Parameter => "parameter",
+            StartArg::Edited => "edited",
+        }
+    }
 }
 
 /// What `oslcl cache` does.

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod effects;
+mod startup;
 
 use super::Error;
 use super::args::BenchCommand;
@@ -10,6 +11,7 @@ use super::args::BenchCommand;
 pub fn run(command: &BenchCommand) -> Result<(), Error> {
     match command {
         BenchCommand::Accuracy(args) => accuracy::run(args),
+        BenchCommand::Startup(args) => startup::run(args),
         BenchCommand::Effects(args) => effects::run(args),
     }
 }
