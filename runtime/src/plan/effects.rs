@@ -3,11 +3,12 @@
 //! In: a scene and its materials' artifacts. Out: [`Decision`]s. Pure: it must not know devices.
 
 use super::asker::Asker;
+use super::overrides::Overrides;
 use crate::accel;
 use crate::choices::Choices;
 use crate::scene::{Filter, MaterialId, Scene};
 use oslcl_compiler::attributes::asked;
-use oslcl_compiler::{Artifact, Radiance};
+use oslcl_compiler::{Artifact, Radiance, reflect};
 
 macro_rules! effects {
     ($($effect:ident: $name:literal, $text:literal;)*) => {
@@ -229,6 +230,7 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], choices: &Ch
     };
     surfaces(scene, materials, &mut ask);
     environment(scene, materials, &mut ask);
+    removed_before_compiling(scene, materials, &choices.overrides, &mut ask);
     if scene.camera.lens_radius > 0.0 {
         ask(ThinLens, Asker::setting("camera", format!("lens_radius = {}", scene.camera.lens_radius)));
     }
@@ -254,6 +256,30 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], choices: &Ch
         removed: overrides.removes(*effect),
     };
     Effect::ALL.iter().zip(asked).map(decide).collect()
+}
+
+/// What no artifact can ask for any more, because it was removed before materials were compiled.
+fn removed_before_compiling(
+    scene: &Scene,
+    materials: &[Option<Artifact>],
+    overrides: &Overrides,
+    ask: &mut dyn FnMut(Effect, Asker),
+) {
+    if let Some(id) = scene.environment.filter(|_| overrides.removes(Environment)) {
+        ask(Environment, who(scene, id.0 as usize));
+    }
+    if overrides.removes(Interactive) {
+        for (index, code) in materials.iter().enumerate() {
+            let Some(code) = code else { continue };
+            let declared = |p: &&reflect::Param| p.metadata.iter().any(|m| m.name == "interactive");
+            for param in code.info.params.iter().filter(declared) {
+                ask(Interactive, who(scene, index).because(param.name.as_str()));
+            }
+            for name in &scene.materials[index].interactive {
+                ask(Interactive, who(scene, index).because(name.as_str()));
+            }
+        }
+    }
 }
 
 fn who(scene: &Scene, index: usize) -> Asker {
