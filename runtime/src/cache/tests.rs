@@ -1,3 +1,5 @@
+//! What the cache promises its users in one process; runtime/tests/cache.rs holds what it promises across processes.
+
 use super::*;
 use std::time::Duration;
 
