@@ -9,6 +9,15 @@ use crate::text::{self, Rules};
 use serde::Serialize;
 use std::collections::HashMap;
 
+/// Stands in the formats of reports for `FILE:LINE` of the call: only who has the sources can tell it (the facade does).
+pub const PLACE: &str = "\u{1}place";
+
+/// Stands in the formats of reports for the group's name: `link` knows it.
+pub const GROUP: &str = "\u{1}group";
+
+/// Stands in the formats of reports for the layer's number and name: `link` knows them.
+pub const LAYER: &str = "\u{1}layer";
+
 /// Where a message goes.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {

@@ -92,3 +92,25 @@ fn integers_in_pictures_are_parts_of_the_largest() {
         assert_eq!(testshade(&at, &["look"]).0, "-0.000\n0.500\n\n", "{depth}");
     }
 }
+
+const PRINTS: &str = "closure color glow(float strength) [[ int builtin = 1 ]];\nshader prints()\n{\n\
+    closure color all = reflection(N) + 0.5 * microfacet(\"ggx\", N, 0.25, 1.5, 0) + reflection(N, 2);\n\
+    printf(\"%s\\n%s\\n\", all, 0.5 * glow(3));\n}\n";
+
+#[test]
+fn closures_are_printed_with_all_their_arguments() {
+    let at = folder("prints", &[("prints", PRINTS)]);
+    let (out, err) = testshade(&at, &["prints"]);
+    let n = "(0, 0, 1)";
+    let terms = [
+        format!("(1, 1, 1) * reflection ({n}, 0)"),
+        format!("(0.5, 0.5, 0.5) * microfacet (\"ggx\", {n}, (0, 0, 0), 0.25, 0.25, 1.5, 0)"),
+        format!("(1, 1, 1) * reflection ({n}, 2)"),
+    ];
+    assert_eq!(out, format!("{}\n(0.5, 0.5, 0.5) * glow (3)\n\n", terms.join("\n\t+ ")));
+    assert!(err.contains("[W2009]"), "{err}");
+    // The compiler of .oso files does not say that nobody knows the closure: another renderer may.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_oslcl"));
+    let output = command.current_dir(&at).args(["oslc", "prints.osl"]).output().expect("it starts");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+}

@@ -12,7 +12,7 @@ use crate::diag::Diagnostic;
 use crate::dictionary::Documents;
 use crate::interp;
 use crate::ir::{Const, Inst, Shader};
-use crate::lower::PLACE;
+use crate::messages::PLACE;
 use crate::passes::{self, Target, link};
 use crate::source::{FileId, SourceMap};
 use crate::textures::TextureAccess;

@@ -48,15 +48,6 @@ pub struct Settings {
     pub range_checks: bool,
 }
 
-/// Stands in the formats of reports for `FILE:LINE` of the call: only who has the sources can tell it (the facade does).
-pub const PLACE: &str = "\u{1}place";
-
-/// Stands in the formats of reports for the group's name: `link` knows it.
-pub const GROUP: &str = "\u{1}group";
-
-/// Stands in the formats of reports for the layer's number and name: `link` knows them.
-pub const LAYER: &str = "\u{1}layer";
-
 /// Lowers a checked shader for a renderer with default settings.
 pub fn lower(checked: &Checked) -> Result<ir::Shader, Vec<Diagnostic>> {
     lower_for(checked, &Settings::default())

@@ -4,10 +4,11 @@
 //! (`special`). It must not know what the kinds compute.
 
 use super::special::{Unknown, arg_values};
-use super::{Lower, PLACE, ir_type};
+use super::{Lower, ir_type};
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
 use crate::ir::{Const, Inst, Ty, ValueId};
+use crate::messages::PLACE;
 use crate::source::Span;
 use crate::suggest;
 use crate::types::Type;

@@ -3,10 +3,11 @@
 //!
 //! In: an expression that is indexed, the index's value. Out: a statement that reports. It must not know what reads the report.
 
+use super::Lower;
 use super::place::Place;
-use super::{GROUP, LAYER, Lower, PLACE};
 use crate::check::typed::{Expr, ExprKind};
 use crate::ir::{BinaryOp, Block, Const, Inst, Stmt, Ty, ValueId};
+use crate::messages::{GROUP, LAYER, PLACE};
 use crate::source::Span;
 use crate::types::Base;
 

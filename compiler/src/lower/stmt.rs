@@ -114,10 +114,10 @@ impl Lower<'_> {
                 let storage = self.storage(&declared.name, declared.ty, crate::ir::LocalKind::Variable);
                 self.env.insert(*var, storage.clone());
                 // Without an initialiser the value is undefined, also at each turn of a loop: nothing is stored.
-                if let Some(e) = init {
-                    if self.closing(e.span, |l| l.assign_expr(&Place::whole(storage), e)) {
-                        self.leave_if_exited(e.span, tail);
-                    }
+                if let Some(e) = init
+                    && self.closing(e.span, |l| l.assign_expr(&Place::whole(storage), e))
+                {
+                    self.leave_if_exited(e.span, tail);
                 }
             }
             Typed::Expr(e) if is_exit(e) => self.exit(e, tail),

@@ -3,9 +3,9 @@
 //! In: a key of all that decides a program, and a driver's binary of it. Out: the binary, for the same key, in any process.
 //! It must not know devices or what programs do.
 //!
-//! One file an entry, named by its key; drivers may crash on damaged bytes, so that an entry carries a checksum ([`entry`])
+//! One file an entry, named by its key; drivers may crash on damaged bytes, so that an entry carries a checksum (`entry`)
 //! and counts as absent when it is wrong. Files appear by renaming: a reader sees all of an entry or nothing of it, whoever
-//! writes or is killed at the same time. The least recently used go first when there are too many ([`sweep`]). Whatever fails
+//! writes or is killed at the same time. The least recently used go first when there are too many (`sweep`). Whatever fails
 //! here costs time at the next start and no more: it is told once, by [`Cache::complaints`].
 
 mod entry;

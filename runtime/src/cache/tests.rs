@@ -1,4 +1,4 @@
-//! What the cache promises its users in one process; runtime/tests/cache.rs holds what it promises across processes.
+//! Entries on disk: damaged, crowded out, written by several at once.
 
 use super::*;
 use std::time::Duration;

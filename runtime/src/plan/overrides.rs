@@ -200,6 +200,6 @@ mod tests {
     fn a_misspelt_name_gets_the_nearest() {
         let error = Overrides::by_name(&["thin_lense".to_owned()], &[]).expect_err("no such effect").to_string();
         assert!(error.starts_with("there is no effect `thin_lense`: did you mean `thin_lens`?\n"), "{error}");
-        assert!(error.contains("surfaces, thin_lens, lights"), "{error}");
+        assert!(error.contains("surfaces, thin_lens, tent_filter"), "{error}");
     }
 }

@@ -193,15 +193,21 @@ impl Pass<'_> {
         let formals = sig::closure_formals(lobe.closure).len();
         let keys = sig::closure_keys(lobe.closure);
         format.push_str(&format!("{} (", row.name));
-        for (i, arg) in lobe.args.iter().enumerate() {
+        let order = written(row.name, row.args, lobe.args.len());
+        for (i, arg) in order.into_iter().enumerate() {
             if i > 0 {
                 format.push_str(", ");
             }
             if let Some(key) = i.checked_sub(formals).and_then(|k| keys.get(k)) {
                 format.push_str(&format!("\"{}\", ", key.token));
             }
-            let value = self.argument(arg, span, out);
-            self.value_text(value, format, values, span, out);
+            match arg {
+                Written::Argument(at) => {
+                    let value = self.argument(&lobe.args[at], span, out);
+                    self.value_text(value, format, values, span, out);
+                }
+                Written::Text(text) => format.push_str(text),
+            }
         }
         if more.is_empty() && LABELLED.contains(&row.name) {
             format.push_str(", \"label\", \"\"");
@@ -229,6 +235,27 @@ impl Pass<'_> {
             _ => format.push_str("%g"),
         }
         values.push(Arg::Value(value));
+    }
+}
+
+/// What is written of a call.
+#[derive(Clone, Copy)]
+enum Written {
+    Argument(usize),
+    Text(&'static str),
+}
+
+/// The arguments of a call as written: the reference implementation's header makes the short forms of these closures of their
+/// long ones.
+fn written(name: &str, formals: &str, count: usize) -> Vec<Written> {
+    use Written::{Argument, Text};
+    match (name, formals) {
+        ("reflection", "normal") => vec![Argument(0), Text("0")],
+        ("microfacet", "string,normal,float,float,int") => {
+            let zero = Text("(0, 0, 0)");
+            vec![Argument(0), Argument(1), zero, Argument(2), Argument(2), Argument(3), Argument(4)]
+        }
+        _ => (0..count).map(Argument).collect(),
     }
 }
 

@@ -22,7 +22,7 @@ pub use join::shift_diagnostic;
 use super::specialise::specialise;
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, Const, Inst, LocalKind, Shader, Source, Stmt};
-use crate::lower::{GROUP, LAYER};
+use crate::messages::{GROUP, LAYER};
 
 /// What a value says beside itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
