@@ -1,7 +1,7 @@
 // In: QUEUE_scatter. Out: QUEUE_shadow.
 #include "stages/sample_light.h"
 
-__kernel void sample_light(STAGE_ARGS)
+LOBE_KERNEL void sample_light(STAGE_ARGS)
 {
     STAGE_CONTEXT(c);
     uint slot = 0;

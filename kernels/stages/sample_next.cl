@@ -1,7 +1,7 @@
 // In: QUEUE_scatter. Out: QUEUE_trace or QUEUE_done.
 #include "stages/sample_next.h"
 
-__kernel void sample_next(STAGE_ARGS)
+LOBE_KERNEL void sample_next(STAGE_ARGS)
 {
     STAGE_CONTEXT(c);
     uint slot = 0;

@@ -1,7 +1,7 @@
 // One program per material, its generated code in front. In: the material's queue. Out: QUEUE_scatter or QUEUE_done.
 #include "stages/select_bsdf.h"
 
-__kernel void select_bsdf(STAGE_ARGS)
+LOBE_KERNEL void select_bsdf(STAGE_ARGS)
 {
     STAGE_CONTEXT(c);
     // trace is done with these, sample_next has not begun.

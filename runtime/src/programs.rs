@@ -59,6 +59,7 @@ pub fn load_or_build(
     options: &str,
     modules: &[&[u32]],
 ) -> Result<Built, roads::Error> {
+    let options = &device.options(options);
     let Some(cache) = device.cache() else {
         let program = roads::build(device, label, source, options, modules)?;
         return Ok(Built { program, is_new: true, unkept: None });

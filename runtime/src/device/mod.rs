@@ -176,6 +176,12 @@ impl Device {
         out
     }
 
+    /// Build options with those that get around what this device's compiler does wrong (kernels/context.h).
+    pub(crate) fn options(&self, options: &str) -> String {
+        let lane_by_lane = self.info.kind == DeviceKind::Cpu && self.info.platform.contains("Intel");
+        if lane_by_lane { format!("{options} -D OSLCL_LANE_BY_LANE") } else { options.to_owned() }
+    }
+
     /// Waits until all that was queued is done.
     pub fn finish(&self) -> Result<(), Error> {
         self.queue.finish().map_err(|e| self.error("waiting", e))
