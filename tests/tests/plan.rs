@@ -174,7 +174,7 @@ const SYMBOLS: [&str; 36] = [
     "*normals",
     "*lights",
     "*instances",
-    "__kernel void sample_light",
+    "LOBE_KERNEL void sample_light",
     "__kernel void trace_shadow",
     "__kernel void environment",
 ];
