@@ -167,9 +167,6 @@ pub fn run_supplied(
     library: &Library,
     supplies: &Supplies,
 ) -> Result<Shaded, Error> {
-    if precision.is_double() && !device.info.double {
-        return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
-    }
     Ok(run_timed(device, artifact, grid, precision, library, supplies, 1)?.0)
 }
 

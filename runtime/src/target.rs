@@ -22,6 +22,9 @@ const MARGIN: f64 = 1.1;
 /// Most times that a step may take of what is done: first estimates are rough.
 const LEAP: f64 = 16.0;
 
+/// Most samples per pixel of a half.
+const MOST: u32 = Integrator::MOST_SAMPLES / 2;
+
 /// Two seeds of one: far from those that users add to theirs.
 const OTHER_SEED: u64 = 0x0b5e_55ed_0000_0000;
 
@@ -73,7 +76,7 @@ fn mean_and_error(a: &Half, b: &Half) -> (Vec<[f32; 3]>, f64) {
 /// Samples per half that should reach the target, after `done` that have this error.
 fn next(done: u32, error: f64, target: f64) -> u32 {
     let wanted = f64::from(done) * ((error / target).powi(2) * MARGIN).clamp(1.0, LEAP);
-    (wanted.ceil() as u32).clamp(done + 1, Integrator::MOST_SAMPLES / 2)
+    (wanted.ceil() as u32).max(done + 1).min(MOST)
 }
 
 /// Renders until the error is at most `target`, or until no more samples can be taken. `watch` hears the samples per pixel so far,
@@ -88,44 +91,46 @@ pub fn render(
     let mut session = Session::new(scene, device, options)?;
     let seed = scene.integrator.seed;
     let (mut a, mut b) = (Half::default(), Half::default());
+    let mut taken: u64 = 0;
+    // All renders so far as one summary.
+    let mut half_more = |half: &mut Half, more: u32, before: Option<Summary>| -> Result<(Picture, Summary), Error> {
+        session.set_samples(more);
+        session.set_seed(seed ^ taken.wrapping_mul(OTHER_SEED | 1));
+        taken += 1;
+        let (picture, mut summary) = session.render(&mut |_| {})?;
+        half.add(&picture, more);
+        if let Some(before) = before {
+            summary.counts += before.counts;
+            summary.render_time += before.render_time;
+        }
+        Ok((picture, summary))
+    };
     let mut pilot = None;
+    let mut summary = None;
     let mut wanted = PILOT;
     let mut error = f64::INFINITY;
-    let mut last: Option<(Picture, Summary)> = None;
-    for step in 0u64.. {
+    loop {
         watch(2 * a.samples, error, 2 * wanted);
         let more = wanted - a.samples;
-        session.set_samples(more);
-        for (k, half) in [&mut a, &mut b].into_iter().enumerate() {
-            session.set_seed(seed ^ (2 * step + k as u64).wrapping_mul(OTHER_SEED | 1));
-            let (picture, mut summary) = session.render(&mut |_| {})?;
-            half.add(&picture, more);
-            if let Some((_, before)) = &last {
-                summary.counts += before.counts;
-                summary.render_time += before.render_time;
-            }
-            last = Some((picture, summary));
-        }
+        let (_, first) = half_more(&mut a, more, summary.take())?;
+        let (picture, mut both) = half_more(&mut b, more, Some(first))?;
         let (pixels, now) = mean_and_error(&a, &b);
         error = now;
-        let pilot = *pilot.get_or_insert((error, 2 * a.samples));
-        let next = next(a.samples, error, target);
-        if (error <= target || next <= a.samples || next >= Integrator::MOST_SAMPLES / 2)
-            && let Some((picture, mut summary)) = last.take()
-        {
-            summary.samples = 2 * a.samples;
+        let samples = 2 * a.samples;
+        let pilot = *pilot.get_or_insert((error, samples));
+        if error <= target || a.samples >= MOST {
+            both.samples = samples;
             let mut picture = Picture { pixels, ..picture };
             for (name, value) in &mut picture.attributes {
                 if name == "oslcl:samples" {
-                    *value = summary.samples.to_string();
+                    *value = samples.to_string();
                 }
             }
-            return Ok((picture, summary, Reached { samples: 2 * a.samples, error, pilot }));
+            return Ok((picture, both, Reached { samples, error, pilot }));
         }
-        wanted = next;
+        wanted = next(a.samples, error, target);
+        summary = Some(both);
     }
-    // Samples have an end before steps do.
-    Err(Error::Empty)
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 /// Version of the interface between artifacts and kernels (kernels/lobe.h, kernels/globals.h, kernels/osl/). A renderer
 /// refuses artifacts of another one.
-pub const ABI_VERSION: u32 = 1;
+pub const ABI_VERSION: u32 = 2;
 
 /// A compiled shader.
 #[derive(Clone, Debug, PartialEq, Serialize)]
