@@ -45,6 +45,9 @@ pub enum Command {
     /// Look after the built programs that are kept for the next start.
     #[command(subcommand)]
     Cache(CacheCommand),
+    /// Build programs that another process asks for on standard input.
+    #[command(hide = true)]
+    BuildPrograms(BuildProgramsArgs),
     /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
     InstallTools(InstallToolsArgs),
 }
@@ -188,6 +191,17 @@ pub struct CacheArgs {
     /// Build every program anew and keep none.
     #[arg(long)]
     pub no_cache: bool,
+}
+
+/// Arguments of `oslcl build-programs`.
+#[derive(Debug, Args)]
+pub struct BuildProgramsArgs {
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
+    /// Where they are put.
+    #[command(flatten)]
+    pub place: CacheDirArgs,
 }
 
 /// How exact the arithmetic is.

@@ -3,7 +3,6 @@
 use super::args::RenderArgs;
 use super::{Error, cache, choices, report, terminal};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use oslcl_runtime::device::Device;
 use oslcl_runtime::film;
 use oslcl_runtime::materials;
 use oslcl_runtime::programs::{self, Tally};
@@ -31,7 +30,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     let mut scene = load(&args.scene)?;
     choices.apply(&mut scene.integrator);
     override_by(&mut scene, args);
-    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
     let time_limit = args.time.map(Duration::from_secs_f64);
     let options = Options { choices, road: args.road.into(), time_limit };
     let bar = progress_bar(args.quiet);
