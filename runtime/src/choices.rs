@@ -7,7 +7,7 @@ mod table;
 mod values;
 
 pub use table::{PROFILES, Row, TABLE, markdown};
-pub use values::{Intersection, LightChoice, Maths, Sampler, TreeQuality};
+pub use values::{Intersection, LightChoice, Maths, PathState, Sampler, TreeQuality};
 
 use crate::plan::{Effect, Overrides};
 use crate::precision::Precision;
@@ -22,6 +22,8 @@ pub struct Choices {
     pub maths: Maths,
     /// Rays against triangles.
     pub intersection: Intersection,
+    /// State of paths.
+    pub path_state: PathState,
     /// Random numbers.
     pub sampler: Sampler,
     /// Choice among lights.
@@ -44,6 +46,7 @@ impl Default for Choices {
             precision: Precision::default(),
             maths: Maths::default(),
             intersection: Intersection::default(),
+            path_state: PathState::default(),
             sampler: Sampler::default(),
             lights: LightChoice::default(),
             environment_map: 512,
@@ -124,6 +127,8 @@ impl Choices {
             ("intersection", "watertight") => self.intersection = Intersection::Watertight,
             ("intersection", "fast") => self.intersection = Intersection::Fast,
             ("intersection", "f64") => self.intersection = Intersection::Double,
+            ("path_state", "float") => self.path_state = PathState::Float,
+            ("path_state", "half") => self.path_state = PathState::Half,
             ("sampler", "independent") => self.sampler = Sampler::Independent,
             ("sampler", "sobol") => self.sampler = Sampler::Sobol,
             ("lights", "power") => self.lights = LightChoice::Power,

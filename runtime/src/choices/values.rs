@@ -24,6 +24,16 @@ pub enum Intersection {
     Double,
 }
 
+/// How path state is kept between stages (the fields in plan/layout.rs say which may be short).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PathState {
+    /// As it is computed.
+    #[default]
+    Float,
+    /// Throughput and parameters of lobes in 16-bit floats.
+    Half,
+}
+
 /// Where random numbers come from (kernels/random.h).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Sampler {
