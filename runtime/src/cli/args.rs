@@ -261,7 +261,7 @@ pub struct ChoiceArgs {
     /// Where the settings start from: draft, standard or reference.
     #[arg(long, value_name = "PROFILE", default_value = "standard")]
     pub profile: String,
-    /// A setting of docs/accuracy.md, such as sampler=sobol; may be repeated.
+    /// A setting of docs/accuracy.md, such as sampler=independent; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
     /// How exact the arithmetic is; the same as --set precision=... [default: the profile's, standard].
