@@ -8,10 +8,12 @@ mod error;
 mod facts;
 pub mod file;
 pub mod make;
+mod points;
 pub(crate) mod take;
 
 pub use error::Error;
 pub use facts::Fact;
+pub use take::shown;
 
 use oslcl_compiler::artifact::Stored;
 use oslcl_compiler::reflect::{Param, ShaderInfo, Value};

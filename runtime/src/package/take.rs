@@ -111,7 +111,7 @@ fn are_same(ty: Type, a: &[f64], b: &[f64]) -> bool {
 }
 
 /// A value as a scene file writes it.
-pub(crate) fn shown(value: &Binding) -> String {
+pub fn shown(value: &Binding) -> String {
     let number = |v: &f64| if *v as f32 as f64 == *v { (*v as f32).to_string() } else { v.to_string() };
     match value {
         Binding::Int(v) => v.to_string(),
