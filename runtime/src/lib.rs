@@ -16,6 +16,7 @@ pub mod film;
 pub mod grid;
 pub mod materials;
 pub mod measure;
+pub mod package;
 pub mod plan;
 mod preamble;
 pub mod precision;

@@ -106,7 +106,7 @@ impl<'a> Session<'a> {
             true => textures::pack(&compiled.textures, compiled.texture_files())?,
             false => textures::Packed::default(),
         };
-        let values = vec![Supplies::default(); scene.materials.len()];
+        let values = compiled.values.clone();
         let interactive = interactive_numbers(&compiled, &values);
         let supplied = Supplied { textures: &textures, userdata: &userdata, interactive: &interactive };
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
@@ -269,6 +269,7 @@ impl<'a> Session<'a> {
             launches,
             buffers,
             programs: self.kernels.tally(),
+            shaders: (self.compiled.compiled, self.compiled.from_packages),
             warnings: self.compiled.warnings.clone(),
             messages,
         };

@@ -91,6 +91,8 @@ pub fn say(scene: &Path, error: render::Error) -> Error {
             terminal::say(&format!("{}: in material `{material}`:\n", scene.display()));
             report::report(&failure)
         }
+        // It has its place in the scene's file.
+        render::Error::Material(cause @ materials::Error::Package { .. }) => Error::Material(cause),
         render::Error::Device(cause)
         | render::Error::Program(programs::Error::Device(cause) | programs::Error::Road(roads::Error::Device(cause))) => {
             Error::Device(cause)
@@ -191,6 +193,9 @@ fn describe(args: &RenderArgs, scene: &Scene, s: &Summary) -> String {
         s.build_time.as_secs_f64(),
         s.geometry_time.as_secs_f64()
     );
+    if s.shaders.1 > 0 {
+        let _ = writeln!(out, "shaders    {} compiled, {} from packages", s.shaders.0, s.shaders.1);
+    }
     let Tally { built, loaded, shared } = s.programs;
     let _ = writeln!(out, "programs   {built} built, {loaded} from the cache, {shared} equal to others");
     let _ = writeln!(
