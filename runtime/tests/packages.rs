@@ -226,6 +226,17 @@ fn shaders_are_found_by_name() {
     );
     at.refuses(&ball("shader = \"two.oslpak:wood\""), &[], &[place, "no shader `wood`", "it has plastic, glass"]);
     at.refuses(&ball("shader = \"two.oslpak\""), &[], &[place, "2 shaders", "`two.oslpak:plastic`"]);
+    // One shader twice, under names of its own.
+    let args = ["red=plastic", "green=plastic", "-p", "red:Cs=1,0,0", "-p", "green:Cs=0,1,0"];
+    at.pack("named.oslpak", &args);
+    let picture = |scene: &str| at.render(&ball(scene), &[]).0;
+    assert!(picture("shader = \"named.oslpak:red\"") == picture("shader = \"plastic\"\nparams = { Cs = [1, 0, 0] }"));
+    assert!(picture("shader = \"named.oslpak:green\"") == picture("shader = \"plastic\"\nparams = { Cs = [0, 1, 0] }"));
+    let info = at.oslcl(&["info", "named.oslpak"]).succeeds().out;
+    assert!(info.contains("red: surface plastic") && info.contains("(compiled as [0, 1, 0])"), "{info}");
+    // Nothing in it hangs on when it is made.
+    at.pack("again.oslpak", &args);
+    assert!(at.read("named.oslpak") == at.read("again.oslpak"));
     // A package has each name once, and every file has to compile.
     at.write("other.osl", "surface glass() { Ci = diffuse(N); }");
     at.oslcl(&["compile", "-o", "x.oslpak", "glass", "other.osl"])
@@ -295,6 +306,26 @@ fn open_parameters_are_the_scenes() {
     at.refuses(&with("Kd = [1, 2]"), &[], &["scene.toml:14:17", "does not fit parameter `Kd`", "float"]);
     at.refuses(&with("n = 3"), &[], &["parameter `n`", "value 2", "--interactive n"]);
     at.refuses(&with("Kd = 1"), &["--without", "interactive"], &["`--without interactive`", "Kd, Cs"]);
+    // Strings have the same ids everywhere.
+    at.write(
+        "says.osl",
+        "surface says(string mode = \"a\") { if (mode == \"other\") printf(\"in mode %s\\n\", mode); Ci = 0; }",
+    );
+    at.pack("says.oslpak", &["says.osl", "--interactive", "mode"]);
+    let says = |params: &str| at.render(&ball(&format!("shader = \"says.oslpak\"\nparams = {{ {params} }}")), &[]).1;
+    assert!(says("mode = \"other\"").contains("material `m`: in mode other ("));
+    assert!(!says("mode = \"a\"").contains("in mode"));
+    // Around the scene, too.
+    at.pack("sky.oslpak", &["flat_sky", "--interactive", "radiance"]);
+    let sky = |radiance: f64| {
+        let scene = ball("shader = \"matte\"").replace(
+            "shader = \"flat_sky\"",
+            &format!("shader = \"sky.oslpak\"\nparams = {{ radiance = {radiance} }}"),
+        );
+        at.render(&scene, &[]);
+        oslcl_runtime::film::read_exr(&at.0.join("out.exr")).expect("a picture").pixels[0]
+    };
+    assert_eq!((sky(0.25), sky(2.0)), ([0.25; 3], [2.0; 3]));
     // `*`: all that are no strings.
     at.pack("all.oslpak", &["gain.osl", "--interactive", "*"]);
     let info = at.oslcl(&["info", "all.oslpak"]).succeeds().out;

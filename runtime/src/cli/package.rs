@@ -48,8 +48,8 @@ impl<'a> Told<'a> {
         Told { shader, text, used: AtomicBool::new(false) }
     }
 
-    fn is_for(&self, info: &ShaderInfo) -> bool {
-        self.shader.is_none_or(|name| name == info.name)
+    fn is_for(&self, shader: &str) -> bool {
+        self.shader.is_none_or(|name| name == shader)
     }
 
     fn take(&self) {
@@ -68,15 +68,15 @@ struct Wishes<'a> {
 }
 
 impl Wishes<'_> {
-    fn bound(&self, info: &ShaderInfo) -> Result<Vec<(String, Binding)>, Error> {
-        let mine = self.values.iter().filter(|v| v.is_for(info));
+    fn bound(&self, name: &str, info: &ShaderInfo) -> Result<Vec<(String, Binding)>, Error> {
+        let mine = self.values.iter().filter(|v| v.is_for(name));
         let texts: Vec<String> = mine.inspect(|v| v.take()).map(|v| v.text.to_owned()).collect();
         params::bindings(&texts, info)
     }
 
-    fn kept(&self, info: &ShaderInfo) -> Result<Vec<String>, Error> {
+    fn kept(&self, name: &str, info: &ShaderInfo) -> Result<Vec<String>, Error> {
         let mut kept = Vec::new();
-        for wish in self.open.iter().filter(|w| w.is_for(info)) {
+        for wish in self.open.iter().filter(|w| w.is_for(name)) {
             match make::keep(info, wish.text).map_err(Error::Usage)? {
                 Some(names) => kept.extend(names),
                 // Another shader may have it.
@@ -84,8 +84,7 @@ impl Wishes<'_> {
                 None => {
                     let (text, help) = (wish.text, make::suggestion(info, wish.text));
                     return Err(Error::Usage(format!(
-                        "--interactive {}:{text}: shader `{}` has no parameter `{text}`{help}",
-                        info.name, info.name
+                        "--interactive {name}:{text}: shader `{name}` has no parameter `{text}`{help}"
                     )));
                 }
             }
@@ -110,7 +109,7 @@ impl Wishes<'_> {
             };
             return Err(Error::Usage(match told.shader {
                 Some(name) => {
-                    let help = near(name, shaders.iter().map(Shader::name).collect());
+                    let help = near(name, shaders.iter().map(|s| s.name.as_str()).collect());
                     format!("{what} {name}:{}: no shader of the package is called `{name}`{help}", told.text)
                 }
                 None => {
@@ -145,12 +144,14 @@ pub(super) fn pack(args: &CompileArgs, to: &Path) -> Result<(), Error> {
         |index, said| one(&args.files[index], args, &wishes, said),
         &mut |index, shader: Shader| {
             let path = args.files[index].clone();
-            if let Some((other, _)) = shaders.iter().find(|(_, s)| s.name() == shader.name()) {
+            if let Some((other, _)) = shaders.iter().find(|(_, s)| s.name == shader.name) {
                 return Err(Error::Usage(format!(
-                    "`{}` and `{}` are both called `{}`: a package has each name once",
+                    "`{}` and `{}` are both called `{}`: a package has each name once\n  help: give one another, as in \
+                     NAME={}",
                     other.display(),
                     path.display(),
-                    shader.name()
+                    shader.name,
+                    path.display()
                 )));
             }
             shaders.push((path, shader));
@@ -160,7 +161,7 @@ pub(super) fn pack(args: &CompileArgs, to: &Path) -> Result<(), Error> {
     let shaders: Vec<Shader> = shaders.into_iter().map(|(_, shader)| shader).collect();
     wishes.check(&shaders)?;
     let bytes = package::bytes(&shaders);
-    let names: Vec<&str> = shaders.iter().map(Shader::name).collect();
+    let names: Vec<&str> = shaders.iter().map(|s| s.name.as_str()).collect();
     let line = format!(
         "{}: {} ({:.1} KiB): {}\n",
         to.display(),
@@ -176,8 +177,18 @@ fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
+/// `NAME=FILE`: what scenes shall call the shader of a file, where it says so; the file.
+fn called(path: &Path) -> (Option<&str>, &Path) {
+    let split = path.to_str().filter(|_| !path.exists()).and_then(|text| text.split_once('='));
+    match split {
+        Some((name, file)) if !name.is_empty() && !name.contains(['/', '\\', ':']) => (Some(name), Path::new(file)),
+        _ => (None, path),
+    }
+}
+
 /// Compiles a file for a package. Findings are added to `said`.
 fn one(path: &Path, args: &CompileArgs, wishes: &Wishes<'_>, said: &mut String) -> Result<Shader, Error> {
+    let (alias, path) = called(path);
     let source = sources::read_or_shipped(path)?;
     let options = sources::options(&source, &args.source)?;
     let folders = Folders::new(&args.source);
@@ -186,9 +197,20 @@ fn one(path: &Path, args: &CompileArgs, wishes: &Wishes<'_>, said: &mut String) 
     said.push_str(&report::rendered(master.sources(), master.warnings()));
     let beside = path.parent().map(Path::to_owned).into_iter().collect();
     let library = Arc::new(Library::new(textures::Settings { search: beside, ..textures::Settings::default() }));
-    let settings =
-        Settings { bound: wishes.bound(master.info())?, kept: wishes.kept(master.info())?, textures: library.access() };
-    let made = front.compile(&settings).map_err(|f| compile::failed(&f, &folders, said))?;
+    let name = alias.unwrap_or(&master.info().name);
+    let settings = Settings {
+        bound: wishes.bound(name, master.info())?,
+        kept: wishes.kept(name, master.info())?,
+        textures: library.access(),
+        name: alias.map(str::to_owned),
+    };
+    let made = front.compile(&settings).map_err(|f| {
+        let error = compile::failed(&f, &folders, said);
+        if !settings.kept.is_empty() {
+            said.push_str(&format!("  note: these parameters are left open: {}\n", settings.kept.join(", ")));
+        }
+        error
+    })?;
     // Those of the front half come first and were said.
     let later = &made.warnings[master.warnings().len().min(made.warnings.len())..];
     said.push_str(&report::rendered(&made.sources, later));
@@ -251,7 +273,8 @@ pub(super) fn show(args: &InfoArgs, file: &Path, name: Option<&str>) -> Result<(
         package.made_by()
     );
     for shader in &shaders {
-        let _ = write!(out, "\n{}", info::text(shader.info(), &|param| note(shader, param)));
+        let called = if shader.name == shader.info().name { String::new() } else { format!("{}: ", shader.name) };
+        let _ = write!(out, "\n{called}{}", info::text(shader.info(), &|param| note(shader, param)));
         describe(&mut out, shader);
     }
     terminal::print(&out)
@@ -313,6 +336,7 @@ fn json(package: &Package, shaders: &[Shader]) -> serde_json::Value {
         }
         let bound: BTreeMap<&str, &Binding> = shader.bound.iter().map(|(n, v)| (n.as_str(), v)).collect();
         serde_json::json!({
+            "name": shader.name,
             "source": shader.source,
             "interactive": shader.kept,
             "bound": bound,

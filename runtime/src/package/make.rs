@@ -36,6 +36,8 @@ pub struct Settings {
     pub kept: Vec<String>,
     /// Who answers `gettextureinfo`.
     pub textures: TextureAccess,
+    /// What scenes call the shader; `None`: as OSL does.
+    pub name: Option<String>,
 }
 
 /// A shader, and what was said on the way behind the front half.
@@ -103,6 +105,7 @@ impl Front {
         kept.sort();
         kept.dedup();
         let shader = Shader {
+            name: settings.name.clone().unwrap_or_else(|| info.name.clone()),
             source: self.options.file_name.clone(),
             main,
             mover: mover.map(form),

@@ -33,6 +33,8 @@ pub struct Form {
 /// A shader of a package.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shader {
+    /// The name by which scenes know it.
+    pub name: String,
     /// The file that it was made of.
     pub source: String,
     /// What runs on surfaces and in the environment; of a displacement shader what moves vertices.
@@ -57,11 +59,6 @@ pub struct Shader {
 }
 
 impl Shader {
-    /// Its name in OSL, by which scenes name it.
-    pub fn name(&self) -> &str {
-        &self.main.artifact.name
-    }
-
     /// Parameters, defaults and metadata as written.
     pub fn info(&self) -> &ShaderInfo {
         &self.main.artifact.info
@@ -206,7 +203,7 @@ pub fn bytes(shaders: &[Shader]) -> Vec<u8> {
     let mut bodies = Vec::new();
     for shader in shaders {
         let body = file::encoded(shader);
-        table.shaders.push(Row { name: shader.name().to_owned(), bytes: body.len() as u64 });
+        table.shaders.push(Row { name: shader.name.clone(), bytes: body.len() as u64 });
         bodies.extend(body);
     }
     file::seal(oslcl_compiler::artifact::ABI_VERSION, &file::join(&file::encoded(&table), &bodies))

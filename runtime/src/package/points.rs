@@ -21,7 +21,7 @@ impl Shader {
         road: Road,
         library: &Library,
     ) -> Result<(Artifact, Supplies), Error> {
-        let shader = || self.name().to_owned();
+        let shader = || self.name.clone();
         let form = self.points.as_ref().ok_or_else(|| Error::NoPoints {
             shader: shader(),
             cause: self.no_points.clone().unwrap_or_else(|| "it was left out".to_owned()),

@@ -53,7 +53,7 @@ pub(crate) fn take(shader: &Shader, from: &FromPackage, wanted: &Wanted<'_>) -> 
     coordinates(shader, wanted).map_err(here)?;
     for fact in &shader.facts {
         if let Some(cause) = fact.changed(wanted.library) {
-            return Err(here(Error::Fact { shader: shader.name().to_owned(), cause }));
+            return Err(here(Error::Fact { shader: shader.name.clone(), cause }));
         }
     }
     // Where a shader moves nothing, the one that it has says what it is instead.
@@ -69,7 +69,7 @@ pub(crate) fn on_road(shader: &Shader, form: &Form, road: Road) -> Result<Artifa
         (Road::OpenClC, _) => artifact.spirv = None,
         (Road::Spirv, None) => {}
         (Road::Spirv, Some(cause)) => {
-            return Err(Error::NoSpirv { shader: shader.name().to_owned(), cause: cause.clone() });
+            return Err(Error::NoSpirv { shader: shader.name.clone(), cause: cause.clone() });
         }
     }
     Ok(artifact)
@@ -81,10 +81,9 @@ pub(crate) fn accept(shader: &Shader, name: &str, value: &Binding) -> Result<boo
     let root = name.split('.').next().unwrap_or(name);
     let Some(param) = shader.param(root) else {
         let help = suggestion(shader.info(), root);
-        return Err(Error::NoParameter { shader: shader.name().to_owned(), name: name.to_owned(), help });
+        return Err(Error::NoParameter { shader: shader.name.clone(), name: name.to_owned(), help });
     };
-    let misfit =
-        |ty: &str| Error::Misfit { shader: shader.name().to_owned(), name: name.to_owned(), ty: ty.to_owned() };
+    let misfit = |ty: &str| Error::Misfit { shader: shader.name.clone(), name: name.to_owned(), ty: ty.to_owned() };
     if let Some(slot) = slot {
         return match value.numbers(slot) {
             Some(_) => Ok(true),
@@ -93,7 +92,7 @@ pub(crate) fn accept(shader: &Shader, name: &str, value: &Binding) -> Result<boo
     }
     let baked = shader.baked(name);
     let shown = baked.as_ref().map_or(String::new(), |b| format!("{} ", shown(b)));
-    let refused = Error::Baked { shader: shader.name().to_owned(), name: name.to_owned(), value: shown };
+    let refused = Error::Baked { shader: shader.name.clone(), name: name.to_owned(), value: shown };
     if root != name {
         // The types of fields are not kept: the same words are the same value.
         return if baked.as_ref() == Some(value) { Ok(false) } else { Err(refused) };
@@ -127,10 +126,10 @@ fn changeable(shader: &Shader, material: &Material) -> Result<(), Error> {
     for name in &material.interactive {
         if shader.param(name).is_none() {
             let help = suggestion(shader.info(), name);
-            return Err(Error::NoParameter { shader: shader.name().to_owned(), name: name.clone(), help });
+            return Err(Error::NoParameter { shader: shader.name.clone(), name: name.clone(), help });
         }
         if !shader.kept.contains(name) {
-            return Err(Error::NotKept { shader: shader.name().to_owned(), name: name.clone() });
+            return Err(Error::NotKept { shader: shader.name.clone(), name: name.clone() });
         }
     }
     Ok(())
@@ -154,7 +153,7 @@ fn coordinates(shader: &Shader, wanted: &Wanted<'_>) -> Result<(), Error> {
             None if found.is_some() => format!("a mesh has data of its own called `{name}`"),
             None => "the environment has none".to_owned(),
         };
-        return Err(Error::Coordinate { shader: shader.name().to_owned(), name: name.clone(), lack });
+        return Err(Error::Coordinate { shader: shader.name.clone(), name: name.clone(), lack });
     }
     Ok(())
 }
@@ -169,7 +168,7 @@ fn environment(shader: &Shader, form: &Form, wanted: &Wanted<'_>) -> Result<(), 
         if let Some((name, _)) = asked(&slot.name)
             && known.answer(&slot.name).is_some()
         {
-            return Err(Error::EnvironmentAttribute { shader: shader.name().to_owned(), name: name.to_owned() });
+            return Err(Error::EnvironmentAttribute { shader: shader.name.clone(), name: name.to_owned() });
         }
     }
     Ok(())
