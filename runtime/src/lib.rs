@@ -6,6 +6,7 @@ pub mod accel;
 pub mod accuracy;
 pub mod assemble;
 mod attributes;
+pub mod builders;
 pub mod cache;
 pub mod choices;
 pub mod device;

@@ -76,8 +76,8 @@ impl<'a> Session<'a> {
         let options = Options { choices: asked.settled(), ..*options };
         let interactive = interactive && !asked.overrides.removes(Effect::Interactive);
         let scene = asked.overrides.apply(written);
-        if options.choices.precision.is_double() && !device.info.double {
-            return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
+        if let Some(needs) = options.choices.needs_double().filter(|_| !device.info.double) {
+            return Err(device::Error::NoDouble { device: device.info.name.clone(), needs }.into());
         }
         // Better to hear of it now than after the work.
         roads::check(device, options.road).map_err(programs::Error::from)?;

@@ -45,6 +45,9 @@ pub enum Command {
     /// Look after the built programs that are kept for the next start.
     #[command(subcommand)]
     Cache(CacheCommand),
+    /// Build programs that another process asks for on standard input.
+    #[command(hide = true)]
+    BuildPrograms(BuildProgramsArgs),
     /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
     InstallTools(InstallToolsArgs),
 }
@@ -190,6 +193,17 @@ pub struct CacheArgs {
     pub no_cache: bool,
 }
 
+/// Arguments of `oslcl build-programs`.
+#[derive(Debug, Args)]
+pub struct BuildProgramsArgs {
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
+    /// Where they are put.
+    #[command(flatten)]
+    pub place: CacheDirArgs,
+}
+
 /// How exact the arithmetic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PrecisionArg {
@@ -247,7 +261,7 @@ pub struct ChoiceArgs {
     /// Where the settings start from: draft, standard or reference.
     #[arg(long, value_name = "PROFILE", default_value = "standard")]
     pub profile: String,
-    /// A setting of docs/accuracy.md, such as sampler=sobol; may be repeated.
+    /// A setting of docs/accuracy.md, such as sampler=independent; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
     /// How exact the arithmetic is; the same as --set precision=... [default: the profile's, standard].

@@ -102,6 +102,7 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Plan(args) => plan::run(args),
         Command::Bench(command) => bench::run(command),
         Command::Cache(command) => cache::run(command),
+        Command::BuildPrograms(args) => cache::build_programs(args),
         Command::InstallTools(args) => tools::install(&args.folder),
     }
 }

@@ -3,7 +3,7 @@
 use super::args::RenderArgs;
 use super::{Error, cache, choices, report, terminal};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use oslcl_runtime::device::Device;
+use oslcl_runtime::choices::PathState;
 use oslcl_runtime::film;
 use oslcl_runtime::materials;
 use oslcl_runtime::programs::{self, Tally};
@@ -31,7 +31,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     let mut scene = load(&args.scene)?;
     choices.apply(&mut scene.integrator);
     override_by(&mut scene, args);
-    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
     let time_limit = args.time.map(Duration::from_secs_f64);
     let options = Options { choices, road: args.road.into(), time_limit };
     let bar = progress_bar(args.quiet);
@@ -205,9 +205,13 @@ fn describe(args: &RenderArgs, scene: &Scene, s: &Summary) -> String {
         rays_per_second(&s.counts, s.render_time) / 1e6
     );
     let _ = writeln!(out, "rays       {} along paths, {} to lights", s.counts.rays, s.counts.shadow_rays);
+    let clamped = match s.plan.choices.path_state {
+        PathState::Float => String::new(),
+        PathState::Half => format!(", {} values clamped to 16 bits", s.counts.clamped),
+    };
     let _ = writeln!(
         out,
-        "state      {} bytes per path, {} values repaired, {} paths dropped",
+        "state      {} bytes per path, {} values repaired, {} paths dropped{clamped}",
         s.bytes_per_path, s.counts.repaired, s.counts.dropped
     );
     out

@@ -4,7 +4,6 @@ use super::args::{PrecisionArg, RoadArg, ShadeArgs};
 use super::sources::{self, Folders};
 use super::{Error, cache, package, params, report, shade_compare, terminal};
 use oslcl_compiler::Options;
-use oslcl_runtime::device::Device;
 use oslcl_runtime::files;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::package::Shader;
@@ -72,7 +71,7 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
             return deliver(&shaded, wanted, Precision::Reference);
         }
     };
-    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
     if let Some(with) = args.compare {
         let host = || shade::run_on_host(&master, &options, &outputs, grid).map_err(host_error);
         return shade_compare::run(&device, &artifact, grid, &library, &Supplies::default(), with, host);
