@@ -204,6 +204,33 @@ fn files_that_are_none_are_refused() {
         let text = refused(&file::seal(ABI_VERSION, contents));
         assert!(text.contains("is not understood"), "{text}");
     }
+    // Changed by someone who knows the checksum: other values, or an error; no panic.
+    let contents = &good[file::HEADER..];
+    let mut state = 1_u64;
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % below
+    };
+    let (mut read, mut refused_shaders) = (0, 0);
+    for _ in 0..3000 {
+        let mut wrong = contents.to_vec();
+        for _ in 0..1 + random(3) {
+            // Most of it is code; what gives it its shape stands in the front.
+            let at = if random(2) == 0 { random(wrong.len()) } else { random(600) };
+            wrong[at] = random(256) as u8;
+        }
+        let Ok(package) = Package::from_bytes(Path::new("x.oslpak"), &file::seal(ABI_VERSION, &wrong)) else {
+            continue;
+        };
+        let names: Vec<String> = package.names().map(str::to_owned).collect();
+        for name in names {
+            match package.shader(Some(&name)) {
+                Ok(_) => read += 1,
+                Err(_) => refused_shaders += 1,
+            }
+        }
+    }
+    assert!(read > 100 && refused_shaders > 100, "{read} read, {refused_shaders} refused");
     // Where users meet it.
     at.write("cut.oslpak", &good[..good.len() - 10]);
     let place = "scene.toml:13:10: material `m`: the package `cut.oslpak` is cut off";
@@ -517,11 +544,7 @@ fn attributes_and_data_of_vertices_are_the_scenes() {
     let (plain, _) = at.render(&around("", "around.osl"), &[]);
     let (packed, _) = at.render(&around("", "around.oslpak"), &[]);
     assert!(plain.len() > 100 && packed.len() > 100);
-    at.refuses(
-        &around("attributes = { x = 2 }", "around.oslpak"),
-        &[],
-        &["asks for the attribute `x`", "around.osl"][..1].as_ref(),
-    );
+    at.refuses(&around("attributes = { x = 2 }", "around.oslpak"), &[], &["`around` asks for the attribute `x`"]);
 }
 
 #[test]
