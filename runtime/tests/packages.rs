@@ -467,6 +467,55 @@ fn a_package_has_room_for_many() {
 }
 
 #[test]
+fn groups_come_from_packages() {
+    let at = Place::new("groups");
+    let group = "param float scale 6; shader stripes pattern;\nparam float Kd 0.8; shader painted base;\n\
+                 connect pattern.Cout base.Cs;\n";
+    at.write("net.oslgroup", group);
+    at.write(
+        "stripes.osl",
+        "shader stripes(float scale = 5, output color Cout = 0) { Cout = color(mod(floor(scale * v), 2), 0.5, 0.2); }",
+    );
+    at.write(
+        "painted.osl",
+        "surface painted(color Cs = 1, float Kd = 0.5, float gain = 1) { Ci = Kd * gain * Cs * diffuse(N); }",
+    );
+    at.pack("baked.oslpak", &["net.oslgroup", "-p", "net:gain=0.75"]);
+    at.pack("open.oslpak", &["net.oslgroup", "--interactive", "pattern.scale", "--interactive", "net:gain"]);
+    let by_text = |params: &str| ball(&format!("group = \"\"\"\n{group}\"\"\"\nparams = {{ {params} }}"));
+    let by = |package: &str, params: &str| ball(&format!("shader = \"{package}:net\"\nparams = {{ {params} }}"));
+    let (plain, _) = at.render(&by_text("gain = 0.75"), &[]);
+    let (packed, _) = at.render(&by("baked.oslpak", "gain = 0.75, 'base.Kd' = 0.8, 'pattern.scale' = 6"), &[]);
+    assert!(plain == packed, "the pictures differ");
+    let pixels = |scene: &str| {
+        at.render(scene, &[]);
+        oslcl_runtime::film::read_exr(&at.0.join("out.exr")).expect("a picture").pixels
+    };
+    let values = "gain = 0.5, 'pattern.scale' = 3";
+    for (a, b) in pixels(&by("open.oslpak", values)).iter().zip(&pixels(&by_text(values))) {
+        assert!((0..3).all(|c| (a[c] - b[c]).abs() <= 1e-5 * b[c].abs()), "{a:?}, compiled {b:?}");
+    }
+    at.refuses(
+        &by("baked.oslpak", "Kd = 0.5"),
+        &[],
+        &["parameter `Kd` of shader `net`", "value 0.8", "--interactive Kd"],
+    );
+    at.refuses(&by("baked.oslpak", "'pattern.scale' = 5"), &[], &["parameter `pattern.scale`", "value 6"]);
+    at.refuses(&by("baked.oslpak", "'pattern.sale' = 5"), &[], &["no parameter `pattern.sale`", "`pattern.scale`?"]);
+    let info = at.oslcl(&["info", "open.oslpak"]).succeeds().out;
+    assert!(
+        info.contains("layers     pattern, base") && info.contains("float pattern.scale, float base.gain"),
+        "{info}"
+    );
+    let wrong = at.oslcl(&["compile", "-o", "x.oslpak", "net.oslgroup", "--interactive", "base.Cs"]);
+    wrong.fails(2, &["`base.Cs` of shader `net` can't be interactive: a connection gives its value"]);
+    at.write("net.oslgroup", "shader nowhere layer;");
+    at.oslcl(&["compile", "-o", "x.oslpak", "net.oslgroup"]).fails(1, &["shader `nowhere`"]);
+    at.write("net.oslgroup", "shader stripes a; connect a b;");
+    at.oslcl(&["compile", "-o", "x.oslpak", "net.oslgroup"]).fails(1, &["net.oslgroup:1:", "shader group"]);
+}
+
+#[test]
 fn displacement_comes_from_packages() {
     let at = Place::new("displacement");
     at.write("bumps.osl", "displacement bumps(float height = 0.2) { P += height * sin(20 * P[2]) * N; }");

@@ -28,9 +28,7 @@ impl Shader {
         })?;
         let mut supplies = Supplies::default();
         for (name, value) in values {
-            if accept(self, name, value)? {
-                supplies.interactive.push((name.clone(), value.clone()));
-            }
+            supplies.interactive.extend(accept(self, name, value)?.map(|full| (full, value.clone())));
         }
         if let Some(cause) = self.facts.iter().find_map(|fact| fact.changed(library)) {
             return Err(Error::Fact { shader: shader(), cause });

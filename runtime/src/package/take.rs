@@ -41,10 +41,7 @@ pub(crate) fn take(shader: &Shader, from: &FromPackage, wanted: &Wanted<'_>) -> 
     for (name, value) in &material.params {
         let value = binding(value);
         let open = accept(shader, name, &value).map_err(|e| (from.param_at(name).clone(), e))?;
-        if open {
-            supplies.interactive.retain(|(other, _)| other != name);
-            supplies.interactive.push((name.clone(), value));
-        }
+        supplies.interactive.extend(open.map(|full| (full, value)));
     }
     let here = |error| (from.at.clone(), error);
     if wanted.changes && !wanted.moves {
@@ -75,31 +72,35 @@ pub(crate) fn on_road(shader: &Shader, form: &Form, road: Road) -> Result<Artifa
     Ok(artifact)
 }
 
-/// Whether a value is for the render to supply; what the code has already needs nothing.
-pub(crate) fn accept(shader: &Shader, name: &str, value: &Binding) -> Result<bool, Error> {
-    let slot = shader.main.artifact.inputs.interactive.iter().find(|s| s.name == name);
-    let root = name.split('.').next().unwrap_or(name);
-    let Some(param) = shader.param(root) else {
-        let help = suggestion(shader.info(), root);
-        return Err(Error::NoParameter { shader: shader.name.clone(), name: name.to_owned(), help });
+/// The full name of a parameter whose value is for the render to supply; `None`: the code has this value already.
+pub(crate) fn accept(shader: &Shader, name: &str, value: &Binding) -> Result<Option<String>, Error> {
+    let full = shader.full_name(name);
+    let Some(param) = shader.param(&full) else { return Err(no_parameter(shader, name)) };
+    let named = || (shader.name.clone(), name.to_owned());
+    let refused = || {
+        let (shader, name) = named();
+        let value =
+            param.value.as_ref().filter(|_| param.name == full).map_or(String::new(), |v| format!("{} ", shown(v)));
+        Error::Baked { shader, name, value }
     };
-    let misfit = |ty: &str| Error::Misfit { shader: shader.name.clone(), name: name.to_owned(), ty: ty.to_owned() };
-    if let Some(slot) = slot {
-        return match value.numbers(slot) {
-            Some(_) => Ok(true),
-            None => Err(misfit(&slot.ty)),
-        };
-    }
-    let baked = shader.baked(name);
-    let shown = baked.as_ref().map_or(String::new(), |b| format!("{} ", shown(b)));
-    let refused = Error::Baked { shader: shader.name.clone(), name: name.to_owned(), value: shown };
-    if root != name {
+    let (Some(ty), true) = (param.ty, param.name == full) else {
         // The types of fields are not kept: the same words are the same value.
-        return if baked.as_ref() == Some(value) { Ok(false) } else { Err(refused) };
+        return if param.name == full && param.value.as_ref() == Some(value) { Ok(None) } else { Err(refused()) };
+    };
+    let Some(numbers) = value.numbers_as(ty) else {
+        let (shader, name) = named();
+        return Err(Error::Misfit { shader, name, ty: param.words.clone() });
+    };
+    if param.open {
+        return Ok(Some(full));
     }
-    let Some(numbers) = value.numbers_as(param.resolved) else { return Err(misfit(&param.ty)) };
-    let same = baked.and_then(|b| b.numbers_as(param.resolved)).is_some_and(|b| are_same(param.resolved, &b, &numbers));
-    if same { Ok(false) } else { Err(refused) }
+    let own = param.value.as_ref().and_then(|v| v.numbers_as(ty));
+    if own.is_some_and(|own| are_same(ty, &own, &numbers)) { Ok(None) } else { Err(refused()) }
+}
+
+fn no_parameter(shader: &Shader, name: &str) -> Error {
+    let help = suggestion(name, shader.params.iter().map(|p| p.name.as_str()));
+    Error::NoParameter { shader: shader.name.clone(), name: name.to_owned(), help }
 }
 
 /// Floats are the same when 32 bits can't tell them apart: what code holds is rounded to that.
@@ -124,12 +125,12 @@ pub fn shown(value: &Binding) -> String {
 /// What shall change between renders must be open.
 fn changeable(shader: &Shader, material: &Material) -> Result<(), Error> {
     for name in &material.interactive {
-        if shader.param(name).is_none() {
-            let help = suggestion(shader.info(), name);
-            return Err(Error::NoParameter { shader: shader.name.clone(), name: name.clone(), help });
-        }
-        if !shader.kept.contains(name) {
-            return Err(Error::NotKept { shader: shader.name.clone(), name: name.clone() });
+        match shader.params.iter().find(|p| p.name == shader.full_name(name)) {
+            None => return Err(no_parameter(shader, name)),
+            Some(param) if !param.open => {
+                return Err(Error::NotKept { shader: shader.name.clone(), name: name.clone() });
+            }
+            Some(_) => {}
         }
     }
     Ok(())
