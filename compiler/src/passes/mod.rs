@@ -9,6 +9,7 @@
 
 mod cases;
 mod closures;
+mod controls;
 mod dead;
 mod derivatives;
 mod dialogue;
@@ -24,11 +25,13 @@ mod unroll;
 mod zeros;
 
 pub use closures::closures;
+pub(crate) use controls::Controls;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub(crate) use specialise::fitted;
 pub use specialise::specialise;
+pub(crate) use textures::is_lookup;
 pub use textures::{TextureUse, textures};
 
 use crate::attributes::Attributes;
