@@ -29,8 +29,8 @@ pub(crate) use controls::Controls;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
-pub(crate) use specialise::fitted;
 pub use specialise::specialise;
+pub(crate) use specialise::{fitted, length_of};
 pub(crate) use textures::is_lookup;
 pub use textures::{TextureUse, textures};
 
@@ -123,7 +123,7 @@ pub fn optimise_with(
     }
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
-    while rounds < MAX_ROUNDS && cases::cases(shader, settings) {
+    while rounds < MAX_ROUNDS && cases::cases(shader, settings)? {
         check(shader, "cases");
         fold(shader)?;
         check(shader, "fold");
