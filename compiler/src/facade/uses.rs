@@ -61,11 +61,10 @@ impl Parts<'_> {
                     continue;
                 }
                 let left: HashSet<Found> = of(&other).into_iter().collect();
-                for (known, list) in found.iter().zip(&mut list).filter(|(known, _)| !left.contains(known)) {
+                for (_, list) in found.iter().zip(&mut list).filter(|(known, _)| !left.contains(known)) {
                     match list.iter_mut().find(|(p, _)| *p == param) {
                         Some((_, off)) if off.is_none() => *off = text.clone(),
                         Some(_) => {}
-                        None if known.0.starts_with("global ") => {}
                         None => list.push((param, text.clone())),
                     }
                 }

@@ -74,6 +74,15 @@ impl Asker {
         Asker::new(Part::Settings(table), why)
     }
 
+    /// The part in words.
+    pub fn who(&self) -> String {
+        match &self.part {
+            Part::Material(_, name) => format!("material `{name}`"),
+            Part::Mesh(name) => format!("mesh `{name}`"),
+            Part::Settings(table) => (*table).to_owned(),
+        }
+    }
+
     /// The same part, for this reason.
     pub(super) fn because(&self, why: impl Into<String>) -> Asker {
         Asker { why: why.into(), ..self.clone() }
@@ -82,11 +91,7 @@ impl Asker {
 
 impl fmt::Display for Asker {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.part {
-            Part::Material(_, name) => write!(f, "material `{name}`")?,
-            Part::Mesh(name) => write!(f, "mesh `{name}`")?,
-            Part::Settings(table) => f.write_str(table)?,
-        }
+        f.write_str(&self.who())?;
         if let Some(Location { file, line, .. }) = self.at.as_ref().filter(|at| at.line > 0) {
             write!(f, " ({}:{line})", file.display())?;
         }
@@ -109,7 +114,7 @@ impl fmt::Display for Decider {
         }
         write!(f, " ({}:{}", self.file, self.line)?;
         match &self.off_at {
-            Some(end) => write!(f, "; {end} would leave it out)"),
+            Some(end) => write!(f, "; {end} leaves it out)"),
             None => f.write_str(")"),
         }
     }

@@ -372,19 +372,23 @@ impl Layout {
         self.bytes_of_planes(real_bytes) + 4 * u64::from(self.queue_count())
     }
 
-    /// Bytes of path state that an effect alone adds.
+    /// Bytes of a path that an effect alone adds: its state, and its places in queues.
     pub fn bytes_of(&self, effect: Effect, real_bytes: u64) -> u64 {
-        let mut without = self.on.clone();
-        without.remove(&effect);
-        let other = Layout { on: without, ..self.clone() };
-        self.bytes_of_planes(real_bytes) - other.bytes_of_planes(real_bytes)
+        self.bytes_per_path(real_bytes) - self.without(effect).bytes_per_path(real_bytes)
+    }
+
+    /// The layout if one effect were off, and all else as it is.
+    fn without(&self, effect: Effect) -> Layout {
+        let mut on = self.on.clone();
+        on.remove(&effect);
+        let materials = if effect == Surfaces { 0 } else { self.materials };
+        let shaded_lights = if effect == VaryingLights { 0 } else { self.shaded_lights };
+        Layout::new(on, materials, shaded_lights, self.path_state)
     }
 
     /// Names of the buffers that an effect alone adds.
     pub fn buffers_of(&self, effect: Effect) -> Vec<&'static str> {
-        let mut without = self.on.clone();
-        without.remove(&effect);
-        let other = Layout { on: without, ..self.clone() };
+        let other = self.without(effect);
         self.buffers().filter(|b| !other.buffers().any(|o| o == *b)).map(|(_, name)| name).collect()
     }
 
@@ -515,6 +519,7 @@ mod tests {
         assert_eq!(plain.bytes_of(Lights, 4), 0);
         let halves = Layout { path_state: PathState::Half, ..lit.clone() };
         assert_eq!(lit.bytes_per_path(4) - halves.bytes_per_path(4), 2 * u64::from(halves.half_planes()));
-        assert_eq!(lit.bytes_of(Lights, 4), u64::from(lit.real_planes() - plain.real_planes()) * 4);
+        // And its place in the queue of light rays.
+        assert_eq!(lit.bytes_of(Lights, 4), u64::from(lit.real_planes() - plain.real_planes()) * 4 + 4);
     }
 }

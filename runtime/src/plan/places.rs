@@ -90,16 +90,68 @@ fn decider(scene: &Scene, id: MaterialId, control: &Control) -> Decider {
     let named = |name: &str| scene.places.get(&Place::Param(id, name.to_owned()));
     let last = || control.param.rsplit_once('.').filter(|_| scene.materials[id.0 as usize].group);
     let set = named(&control.param).or_else(|| last().and_then(|(_, name)| named(name)));
-    let (file, line) = match set {
-        Some(at) => (at.file.display().to_string(), at.line as u32),
-        None => (control.file.clone(), control.line),
+    let material = &scene.materials[id.0 as usize];
+    let in_group = || in_group(&material.source, &control.param).filter(|_| material.group);
+    let set = match set {
+        Some(at) => Some((at.file.display().to_string(), at.line as u32)),
+        // The text of a group stands where it does in its file.
+        None => in_group().map(|line| (material.path.display().to_string(), line)),
     };
+    let is_set = set.is_some();
+    let (file, line) = set.unwrap_or_else(|| (control.file.clone(), control.line));
     Decider {
         param: control.param.clone(),
         value: control.value.clone(),
         off_at: control.off_at.clone(),
         file,
         line,
-        set: set.is_some(),
+        set: is_set,
+    }
+}
+
+/// The line of a group's text that gives a parameter (`layer.param`, or `param` of the only layer) its value.
+fn in_group(text: &str, param: &str) -> Option<u32> {
+    let mut found = None;
+    let mut pending: Vec<(&str, u32)> = Vec::new();
+    let (mut start, mut line, mut quoted) = (0, 1, false);
+    let mut first_line = 1;
+    for (at, c) in text.char_indices() {
+        match c {
+            '"' => quoted = !quoted,
+            '\n' => line += 1,
+            ';' if !quoted => {
+                let words: Vec<&str> = text[start..at].split_whitespace().collect();
+                match words.as_slice() {
+                    // `param TYPE NAME VALUES`, and the type may be left out.
+                    ["param", rest @ ..] => pending.extend(rest.iter().take(2).map(|name| (*name, first_line))),
+                    ["shader", _, layer, ..] => {
+                        let layer = layer.trim_matches('"');
+                        let name = param.strip_prefix(layer).and_then(|p| p.strip_prefix('.')).unwrap_or(param);
+                        found = pending.iter().find(|(p, _)| *p == name).map(|(_, line)| *line).or(found);
+                        pending.clear();
+                    }
+                    _ => {}
+                }
+                start = at + 1;
+                first_line = line;
+            }
+            c if !c.is_whitespace() && text[start..at].trim().is_empty() => first_line = line,
+            _ => {}
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_in_the_text_of_a_group() {
+        let text = "param float a 1;\n  param string b \"x;y\";\nshader s one;\n\nparam a 2; shader s \"two\"; shader s three;";
+        assert_eq!(in_group(text, "one.a"), Some(1));
+        assert_eq!(in_group(text, "one.b"), Some(2));
+        assert_eq!(in_group(text, "two.a"), Some(5));
+        assert_eq!(in_group(text, "three.a"), None);
     }
 }
