@@ -11,6 +11,7 @@ pub mod cache;
 pub mod choices;
 pub mod device;
 pub mod displace;
+pub mod explain;
 pub mod files;
 pub mod film;
 pub mod grid;

@@ -120,18 +120,18 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 
 /// Compiles every material that is used, in parallel. The first error in the scene's order is reported.
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
-    compile_for(scene, false, Road::default())
+    compile_for(scene, false, Road::default(), false)
 }
 
 /// As [`compile_all`]; `interactive`: values of interactive parameters of materials on surfaces and around them are read at
-/// run time.
-pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Result<Compiled, Error> {
+/// run time; `explain`: artifacts say which parameters decide about what they use.
+pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road, explain: bool) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
     let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
     let library = Arc::new(Library::new(settings));
     let packages = packages(scene, &jobs)?;
-    let settings = Settings { scene, library: &library, packages: &packages, interactive, road };
+    let settings = Settings { scene, library: &library, packages: &packages, interactive, road, explain };
     let next = AtomicUsize::new(0);
     let results: Vec<Mutex<Option<Result<_, Error>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
     let work = || {
@@ -248,6 +248,7 @@ struct Settings<'a> {
     packages: &'a HashMap<PathBuf, Package>,
     interactive: bool,
     road: Road,
+    explain: bool,
 }
 
 impl Settings<'_> {
@@ -255,7 +256,7 @@ impl Settings<'_> {
         let material = &self.scene.materials[index];
         match &material.package {
             Some(from) => self.taken(index, role, from),
-            None => compile_one(self.scene, index, role, self.library, self.interactive, self.road)
+            None => compile_one(self, index, role)
                 .map_err(|failure| Error::Compile { material: material.name.clone(), failure: Box::new(failure) }),
         }
     }
@@ -286,17 +287,11 @@ impl Settings<'_> {
     }
 }
 
-fn compile_one(
-    scene: &Scene,
-    index: usize,
-    role: Role,
-    library: &Arc<Library>,
-    interactive: bool,
-    road: Road,
-) -> Result<Made, Failure> {
+fn compile_one(settings: &Settings<'_>, index: usize, role: Role) -> Result<Made, Failure> {
+    let Settings { scene, library, .. } = *settings;
     let material = &scene.materials[index];
     let (interactive, of) = match role {
-        Role::Light => (interactive, index),
+        Role::Light => (settings.interactive, index),
         // Vertices are moved once, before anything else.
         Role::Displacement(of) => (false, of),
     };
@@ -309,7 +304,8 @@ fn compile_one(
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
         entry,
         textures: Some(library.access()),
-        spirv: road == Road::Spirv,
+        spirv: settings.road == Road::Spirv,
+        explain: settings.explain,
         userdata: Some(vertex_data::declared(scene, of)),
         attributes: attributes::of_material(scene, of),
         interactive,

@@ -8,6 +8,7 @@ mod group;
 mod host;
 mod oso_text;
 mod text;
+mod uses;
 
 use crate::artifact::Artifact;
 use crate::attributes::Attributes;
@@ -124,6 +125,8 @@ pub struct Options {
     pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Say which parameters decide about what the shader uses ([`crate::artifact::Use::controls`]). It costs some optimisations more for each.
+    pub explain: bool,
     /// Write SPIR-V beside OpenCL C ([`Artifact::spirv`]).
     pub spirv: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -153,6 +156,7 @@ impl Default for Options {
             userdata_is_connected: false,
             lazy: Lazy::default(),
             line_directives: false,
+            explain: false,
             spirv: false,
             textures: None,
             attributes: Attributes::default(),

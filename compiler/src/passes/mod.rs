@@ -9,6 +9,7 @@
 
 mod cases;
 mod closures;
+mod controls;
 mod dead;
 mod derivatives;
 mod dialogue;
@@ -21,13 +22,16 @@ mod specialise;
 mod strings;
 mod textures;
 mod unroll;
+mod zeros;
 
 pub use closures::closures;
+pub(crate) use controls::Controls;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
 pub(crate) use specialise::{fitted, length_of};
+pub(crate) use textures::is_lookup;
 pub use textures::{TextureUse, textures};
 
 use crate::attributes::Attributes;
@@ -79,8 +83,8 @@ pub fn optimise(
 
 /// As [`optimise`], with settings.
 ///
-/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, cases, fold,
-/// prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
+/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, zeros, fold,
+/// cases, fold, prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
 /// are returned; last the derivatives, of what is still used, and fold and prune again where there are any.
 pub fn optimise_with(
     shader: &mut Shader,
@@ -112,6 +116,11 @@ pub fn optimise_with(
     check(shader, "closures");
     fold(shader)?;
     check(shader, "fold");
+    if zeros::zeros(shader) {
+        check(shader, "zeros");
+        fold(shader)?;
+        check(shader, "fold");
+    }
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
     while rounds < MAX_ROUNDS && cases::cases(shader, settings)? {

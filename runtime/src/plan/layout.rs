@@ -380,23 +380,29 @@ impl Layout {
             + 4 * u64::from(self.uints_per_path() + self.queue_count())
     }
 
-    /// Bytes of path state that an effect alone adds, before records are filled up.
+    /// Bytes of a path that an effect alone adds: its state, before records are filled up, and its places in queues.
     pub fn bytes_of(&self, effect: Effect, real_bytes: u64) -> u64 {
-        let mut without = self.on.clone();
-        without.remove(&effect);
-        let other = Layout { on: without, ..self.clone() };
         let bytes = |layout: &Layout| {
             let (_, reals, halves) = layout.places(REALS);
-            u64::from(reals) * real_bytes + 2 * u64::from(halves) + 4 * u64::from(layout.uints_per_path())
+            u64::from(reals) * real_bytes
+                + 2 * u64::from(halves)
+                + 4 * u64::from(layout.uints_per_path() + layout.queue_count())
         };
-        bytes(self) - bytes(&other)
+        bytes(self) - bytes(&self.without(effect))
+    }
+
+    /// The layout if one effect were off, and all else as it is.
+    fn without(&self, effect: Effect) -> Layout {
+        let mut on = self.on.clone();
+        on.remove(&effect);
+        let materials = if effect == Surfaces { 0 } else { self.materials };
+        let shaded_lights = if effect == VaryingLights { 0 } else { self.shaded_lights };
+        Layout::new(on, materials, shaded_lights, self.path_state)
     }
 
     /// Names of the buffers that an effect alone adds.
     pub fn buffers_of(&self, effect: Effect) -> Vec<&'static str> {
-        let mut without = self.on.clone();
-        without.remove(&effect);
-        let other = Layout { on: without, ..self.clone() };
+        let other = self.without(effect);
         self.buffers().filter(|b| !other.buffers().any(|o| o == *b)).map(|(_, name)| name).collect()
     }
 
@@ -532,6 +538,7 @@ mod tests {
         let halves = Layout { path_state: PathState::Half, ..lit.clone() };
         assert!(halves.bytes_per_path(4) < lit.bytes_per_path(4));
         // Densities and distances of hits, rays to lights with what they bring: three triples of four reals each, and three reals.
-        assert_eq!(lit.bytes_of(Lights, 4), 4 * (3 * 4 + 3));
+        // And its place in the queue of light rays.
+        assert_eq!(lit.bytes_of(Lights, 4), 4 * (3 * 4 + 3) + 4);
     }
 }
