@@ -1,9 +1,10 @@
 //! Functions of strings that are a choice among constants: one result per case.
 //!
-//! In: folded IR. Out: calls that only the host can carry out, on strings that can be so and so many constants, have become
-//! choices among the results of the cases. Other arguments must be constants. What has too many cases stays as it is.
+//! In: folded IR. Out: calls that only the host can carry out, on strings, ints and other values that can be so and so many
+//! constants, have become choices among the results of the cases. What has too many cases stays as it is.
 
 use super::Settings;
+use super::numbers::Numbers;
 use super::strings::Strings;
 use crate::attributes::{Attributes, Question};
 use crate::builtins::{self, FuncId, Lowering};
@@ -16,7 +17,7 @@ use crate::source::Span;
 use crate::types::{Base, Extent, Type};
 
 /// Most cases of a call.
-const MAX_CASES: usize = 64;
+const MAX_CASES: usize = 256;
 
 /// Most elements written by all cases of a call together.
 const MAX_ELEMENTS: usize = 1024;
@@ -26,8 +27,8 @@ pub(super) fn cases(shader: &mut Shader, settings: &Settings<'_>) -> bool {
     if !shader.values.iter().any(|v| matches!(&v.inst, Inst::Call(f, _) if is_host(*f))) && !has_statements(shader) {
         return false;
     }
-    let strings = Strings::of(shader);
-    let mut cases = Cases { strings, shader, settings, changed: false };
+    let strings = Strings::of_types(shader, &|ty| !matches!(ty, Ty::Int | Ty::Closure));
+    let mut cases = Cases { strings, numbers: Numbers::of(shader), shader, settings, changed: false };
     cases.rewrite();
     cases.changed
 }
@@ -47,6 +48,7 @@ fn has_statements(shader: &Shader) -> bool {
 
 struct Cases<'a> {
     strings: Strings,
+    numbers: Numbers,
     shader: &'a mut Shader,
     settings: &'a Settings<'a>,
     changed: bool,
@@ -87,11 +89,7 @@ impl Cases<'_> {
             let value = &self.shader.values[v.0 as usize];
             let choice = match &value.inst {
                 Inst::Const(c) => (None, vec![c.clone()]),
-                _ if value.ty == Ty::Str => {
-                    let texts = self.strings.trace(self.shader, vec![*v], Vec::new())?;
-                    (Some(*v), texts.into_iter().map(Const::Str).collect())
-                }
-                _ => return None,
+                _ => (Some(*v), self.can_be(*v, value.ty)?),
             };
             total *= choice.1.len();
             if total == 0 || total > MAX_CASES {
@@ -100,6 +98,16 @@ impl Cases<'_> {
             out.push(choice);
         }
         Some(out)
+    }
+
+    /// All that a value can be. Floats that are computed are not told apart: the device rounds elsewhere.
+    fn can_be(&self, v: ValueId, ty: Ty) -> Option<Vec<Const>> {
+        Some(match ty {
+            Ty::Str => self.strings.trace(self.shader, vec![v], Vec::new())?.into_iter().map(Const::Str).collect(),
+            Ty::Int => self.numbers.few(self.shader, v)?.into_iter().map(Const::Int).collect(),
+            Ty::Float | Ty::Triple => self.strings.constants(self.shader, vec![v], Vec::new())?,
+            Ty::Matrix | Ty::Closure => return None,
+        })
     }
 
     fn value(&mut self, id: ValueId, out: &mut Block) {

@@ -16,8 +16,13 @@ use std::collections::HashMap;
 
 /// Folds the whole shader.
 pub fn fold(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
+    fold_with(shader, false)
+}
+
+/// As [`fold`]; with `texts` short loops that make texts are unrolled.
+pub(super) fn fold_with(shader: &mut Shader, texts: bool) -> Result<(), Vec<Diagnostic>> {
     let same: Vec<ValueId> = (0..shader.values.len() as u32).map(ValueId).collect();
-    let mut folder = Folder { shader, same, state: State::default(), errors: Vec::new() };
+    let mut folder = Folder { shader, same, state: State::default(), errors: Vec::new(), texts };
     folder.run();
     if folder.errors.is_empty() { Ok(()) } else { Err(folder.errors) }
 }
@@ -34,7 +39,7 @@ pub(super) enum Known {
 type Facts = (Option<Known>, Option<Vec<Option<Const>>>);
 
 /// What is known at a point. Branches are undone by what they changed, so that one costs what it does, not what is known.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct State {
     singles: HashMap<LocalId, Known>,
     arrays: HashMap<LocalId, Vec<Option<Const>>>,
@@ -132,6 +137,8 @@ pub(super) struct Folder<'a> {
     pub same: Vec<ValueId>,
     pub state: State,
     pub errors: Vec<Diagnostic>,
+    /// Whether loops are unrolled for the texts that they make.
+    texts: bool,
 }
 
 impl Folder<'_> {
@@ -341,7 +348,10 @@ impl Folder<'_> {
 
     fn loop_(&mut self, mut l: Loop, out: &mut Block) {
         if unroll::holds_closures(self.shader, &l) {
-            return self.unroll(l, out);
+            return self.unroll(&l, out);
+        }
+        if self.texts && unroll::makes_texts(self.shader, &l) && self.unroll_if_short(&l, out) {
+            return;
         }
         let mut written = Vec::new();
         for block in [&l.head, &l.body, &l.step] {

@@ -9,12 +9,14 @@
 
 mod cases;
 mod closures;
+mod counters;
 mod dead;
 mod derivatives;
 mod dialogue;
 mod dictionary;
 mod fold;
 pub mod link;
+mod numbers;
 mod prune;
 mod review;
 mod specialise;
@@ -110,7 +112,8 @@ pub fn optimise_with(
     check(shader, "dialogue");
     closures(shader)?;
     check(shader, "closures");
-    fold(shader)?;
+    // The host makes its texts when it gets there.
+    fold::fold_with(shader, settings.target == Target::Device)?;
     check(shader, "fold");
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
