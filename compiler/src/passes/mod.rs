@@ -17,6 +17,7 @@ mod dictionary;
 mod fold;
 pub mod link;
 mod numbers;
+mod printed;
 mod prune;
 mod review;
 mod specialise;
@@ -115,6 +116,10 @@ pub fn optimise_with(
     // The host makes its texts when it gets there.
     fold::fold_with(shader, settings.target == Target::Device)?;
     check(shader, "fold");
+    if settings.target == Target::Device {
+        printed::printed(shader);
+        check(shader, "printed");
+    }
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
     while rounds < MAX_ROUNDS && cases::cases(shader, settings) {
