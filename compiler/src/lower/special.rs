@@ -153,7 +153,7 @@ impl Lower<'_> {
     }
 
     /// Whether a local is an unsized parameter, whose length is known when the group is.
-    fn is_open(&self, local: LocalId) -> bool {
+    pub(super) fn is_open(&self, local: LocalId) -> bool {
         let LocalKind::Param(index) = self.out.locals[local.0 as usize].kind else { return false };
         self.out.params.get(index as usize).is_some_and(|p| p.traits.open)
     }
