@@ -10,6 +10,10 @@ pub use crate::ir::Const as Value;
 /// The version of OSL that `osl:version` answers.
 const VERSION: i32 = 11600;
 
+/// The types of rays that `raytype` knows, with their bits in `ShaderGlobals.raytype` (kernels/globals.h).
+pub const RAY_TYPES: [(&str, u32); 6] =
+    [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
+
 /// A named value of the renderer: of its camera, of the scene, of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
@@ -146,5 +150,16 @@ mod tests {
         assert_eq!(asked(&userdata_name("a b", -1, "float[2]")), Some(("a b", None)));
         assert_eq!(asked(&userdata_name("w", 3, "int")), Some(("w", Some(3))));
         assert_eq!(asked("st"), None);
+    }
+
+    #[test]
+    fn the_kernels_know_the_same_types_of_rays() {
+        let header = include_str!("../../kernels/globals.h");
+        let bits: Vec<(String, u32)> = header
+            .lines()
+            .filter_map(|l| l.strip_prefix("#define RAY_")?.split_once(' '))
+            .map(|(name, bit)| (name.to_lowercase(), bit.parse().expect("a bit")))
+            .collect();
+        assert_eq!(bits, RAY_TYPES.map(|(name, bit)| (name.to_owned(), bit)));
     }
 }

@@ -393,7 +393,7 @@ impl Folder<'_> {
             inst => {
                 let mut args = Vec::new();
                 inst.operands(&mut |o| args.push(self.peek(o, depth - 1)));
-                ops::evaluate(inst, value.ty, &args.into_iter().collect::<Option<Vec<_>>>()?)
+                evaluate(inst, value.ty, &args.into_iter().collect::<Option<Vec<_>>>()?)
             }
         }
     }
@@ -438,7 +438,7 @@ impl Folder<'_> {
         inst.operands(&mut |v| args.push(self.const_of(v).cloned()));
         let all = args.iter().cloned().collect::<Option<Vec<Const>>>();
         if let Some(all) = all.filter(|_| !matches!(inst, Inst::Call(..)))
-            && let Some(c) = ops::evaluate(inst, ty, &all)
+            && let Some(c) = evaluate(inst, ty, &all)
         {
             return Some(Simpler::Const(c));
         }
@@ -501,6 +501,26 @@ impl Folder<'_> {
             _ => return None,
         })
     }
+}
+
+/// As [`ops::evaluate`]; but floats are compared as the device and the reference compare them, in 32 bits. What was computed
+/// in two ways from constants is otherwise hardly ever equal.
+fn evaluate(inst: &Inst, ty: Ty, args: &[Const]) -> Option<Const> {
+    use BinaryOp::{Eq, Ge, Gt, Le, Lt, Ne};
+    if !matches!(inst, Inst::Binary(Eq | Ne | Lt | Le | Gt | Ge, ..)) {
+        return ops::evaluate(inst, ty, args);
+    }
+    let single = |x: f64| f64::from(x as f32);
+    let args: Vec<Const> = args
+        .iter()
+        .map(|a| match a {
+            Const::Float(x) => Const::Float(single(*x)),
+            Const::Triple(v) => Const::Triple(v.map(single)),
+            Const::Matrix(m) => Const::Matrix(m.map(single)),
+            other => other.clone(),
+        })
+        .collect();
+    ops::evaluate(inst, ty, &args)
 }
 
 /// What an instruction may be replaced by.
