@@ -28,6 +28,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "real.h",
     "strings.h",
     "surface.h",
+    "triangle.h",
     "userdata.h",
     "bsdf/albedo.h",
     "bsdf/bsdf.h",

@@ -29,8 +29,8 @@ pub use closures::closures;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
-pub(crate) use specialise::fitted;
 pub use specialise::specialise;
+pub(crate) use specialise::{fitted, length_of};
 pub use textures::{TextureUse, textures};
 
 use crate::attributes::Attributes;
@@ -127,7 +127,7 @@ pub fn optimise_with(
     }
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
-    while rounds < MAX_ROUNDS && cases::cases(shader, settings) {
+    while rounds < MAX_ROUNDS && cases::cases(shader, settings)? {
         check(shader, "cases");
         fold(shader)?;
         check(shader, "fold");
