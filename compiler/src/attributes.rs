@@ -35,6 +35,8 @@ pub struct Attributes {
     /// Names of attributes that differ from object to object: the renderer supplies them as userdata, whose name
     /// [`asked`] reads.
     pub varying: Vec<String>,
+    /// For some of `varying` all the ints, or all the strings, that objects have there: a shader may make texts of them.
+    pub values: Vec<(String, Vec<Const>)>,
     /// What is asked without naming an object is as in `varying`, whatever its name: the scene is not known yet. Questions that
     /// name an object, or choose the name while the shader runs, are errors then.
     pub open: bool,
@@ -71,6 +73,12 @@ pub(crate) struct Question<'a> {
 }
 
 impl Attributes {
+    /// All values of this type that objects have under a name, if that is known.
+    pub(crate) fn values_of(&self, name: &str, ty: crate::ir::Ty) -> Option<&[Const]> {
+        let (_, values) = self.values.iter().find(|(n, _)| n == name)?;
+        (!self.open && values.iter().all(|v| v.ty() == Some(ty))).then_some(values)
+    }
+
     /// The value for userdata of this name, which [`asked`] reads; arrays as [`Const::Array`]. `None`: there is none.
     pub fn answer(&self, userdata: &str) -> Option<Value> {
         let ty = userdata.strip_prefix("attribute ")?.split(' ').next()?;

@@ -214,6 +214,10 @@ impl Cases<'_> {
         }
         let (ty, len) = (self.shader.locals[output.0 as usize].ty, self.shader.locals[output.0 as usize].len);
         let declared = Type { base, extent: len.map_or(Extent::Scalar, Extent::Fixed) };
+        let values = match known.values_of(name, ty) {
+            Some(values) if *index < 0 && len.is_none() && values.len() <= MAX_CASES => values.to_vec(),
+            _ => Vec::new(),
+        };
         let name = crate::attributes::userdata_name(name, *index, asked);
         let value = self.input(&name, Source::Userdata, declared, ty, len);
         let flag = self.input(&name, Source::HasUserdata, Type::scalar(Base::Int), Ty::Int, None);
@@ -223,11 +227,25 @@ impl Cases<'_> {
             then.stmts.push(Stmt::CopyArray(output, value));
         } else {
             let value = self.shader.emit(Inst::Load(value), ty, span, &mut then);
+            let value = self.one_of(value, values, span, &mut then);
             then.stmts.push(Stmt::Store(output, value));
         }
         out.stmts.push(Stmt::If(has, then, Block::default()));
         out.stmts.push(Stmt::Store(result, has));
         true
+    }
+
+    /// A value that is one of these, as a choice among them: what is a choice among constants, texts can be made of.
+    fn one_of(&mut self, value: ValueId, mut values: Vec<Const>, span: Span, out: &mut Block) -> ValueId {
+        let Some(last) = values.pop() else { return value };
+        let ty = self.shader.values[value.0 as usize].ty;
+        let mut chosen = self.shader.emit_constant(last, span, out);
+        for constant in values.into_iter().rev() {
+            let same = self.is(value, &constant, span, out);
+            let constant = self.shader.emit_constant(constant, span, out);
+            chosen = self.shader.emit(Inst::Select(same, constant, chosen), ty, span, out);
+        }
+        chosen
     }
 
     /// Refuses a question that only the scene could answer where it is not known yet.
