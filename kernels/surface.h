@@ -194,6 +194,11 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     footprint_none(sg);
 #endif
     surface_buffers(c, sg);
+#ifdef HAS_TRACES
+    sg->scene = c;
+    sg->here = s.P;
+    sg->clearance = s.offset;
+#endif
     return s;
 }
 
@@ -217,6 +222,11 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
     footprint_none(sg);
 #endif
     surface_buffers(c, sg);
+#ifdef HAS_TRACES
+    sg->scene = c;
+    sg->here = -constant_real3(c, CONSTANT_camera_position);
+    sg->clearance = (real3)(0);
+#endif
 }
 
 #endif

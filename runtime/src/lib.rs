@@ -30,5 +30,6 @@ mod supplies;
 pub mod target;
 pub mod textures;
 pub mod told;
+mod traced;
 mod vertex_data;
 pub mod wavefront;

@@ -198,6 +198,7 @@ fn compile_one(
         file_name: material.path.to_string_lossy().into_owned(),
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
         entry,
+        before_geometry: matches!(role, Role::Displacement(_)),
         textures: Some(library.access()),
         spirv: road == Road::Spirv,
         userdata: Some(vertex_data::declared(scene, of)),

@@ -11,7 +11,7 @@ use crate::roads::Road;
 use crate::scene::{self, MaterialId, Scene};
 use crate::session::Session;
 use crate::wavefront::Counts;
-use crate::{accel, device, displace, programs, textures, told, vertex_data};
+use crate::{accel, device, displace, programs, textures, told, traced, vertex_data};
 use oslcl_compiler::Radiance;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -169,6 +169,7 @@ pub(crate) fn plan_for(
     }
     let plan = Plan::new(written, scene, &compiled.artifacts, choices);
     compiled.warnings.extend(plan.warnings());
+    compiled.warnings.extend(traced::warnings(scene, &compiled.artifacts));
     Ok((plan, compiled))
 }
 

@@ -13,6 +13,7 @@ use crate::programs::Kernels;
 use crate::scene::{Filter, MaterialId, Scene};
 use crate::shade::numbers;
 use crate::textures::Packed;
+use crate::traced::Traced;
 use crate::vertex_data::Table;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
@@ -50,6 +51,8 @@ pub struct Supplied<'a> {
     pub(crate) userdata: &'a Table,
     /// The numbers of interactive parameters, and which are ints.
     pub(crate) interactive: &'a [(f64, bool)],
+    /// What rays that shaders trace know of objects.
+    pub(crate) traced: &'a Traced,
 }
 
 /// How a scene is spread over a device.
@@ -196,6 +199,8 @@ impl<'a> Wavefront<'a> {
                 device.upload(name, &numbers::<f64>(s.interactive))
             }
             BufferId::Interactive => device.upload(name, &numbers::<f32>(s.interactive)),
+            BufferId::TraceSets => device.upload(name, &s.traced.sets),
+            BufferId::TraceNames => device.upload(name, &s.traced.names),
             BufferId::Messages => {
                 let mut messages = empty()?;
                 device.write(&mut messages, &[0, MESSAGE_WORDS])?;
@@ -477,6 +482,8 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
         BufferId::Userdata => words(s.userdata.values.len()),
         BufferId::UserdataPlaces => words(s.userdata.places.len()),
         BufferId::Interactive => reals(s.interactive.len() as u64),
+        BufferId::TraceSets => words(s.traced.sets.len()),
+        BufferId::TraceNames => words(s.traced.names.len()),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::backend::opencl_c::Code;
 use crate::backend::spirv::Spirv;
 use crate::ir::Shader;
 use crate::messages::{Decoder, Site};
-use crate::passes::{self, TextureUse};
+use crate::passes::{self, TextureUse, Traces};
 use crate::reflect::ShaderInfo;
 use serde::Serialize;
 
@@ -53,6 +53,9 @@ pub struct Artifact {
     pub noise: Vec<String>,
     /// Texture files that it can look up, by name.
     pub textures: Vec<TextureUse>,
+    /// What it asks of rays that it traces itself. When there are any, the code needs what kernels/osl/trace.h says.
+    #[serde(skip_serializing_if = "Traces::is_empty")]
+    pub traces: Traces,
     /// Radiance that it emits; on which side is for the renderer to say.
     pub emission: Radiance,
     /// Radiance of the environment.
@@ -93,6 +96,7 @@ impl Artifact {
             noise: effects.noise,
             // Names that are not known were refused by the passes.
             textures: passes::textures(shader).unwrap_or_default(),
+            traces: passes::traces(shader).unwrap_or_default(),
             emission: effects.emission,
             background: effects.background,
             has_transparent: effects.transparent,

@@ -41,6 +41,7 @@ const ZERO: &[&str] = &[
     "pnoise_hash",
     "unknown_name",
     "surfacearea",
+    "trace_nearest",
     "splineinverse_constant",
     "environment_lookup",
     "texture_ds",

@@ -284,8 +284,18 @@ pub static TABLE: &[Row] = &[
     // Node, attribute, type.
     row("dict_get", &["int(int,string,string,out any)"], InternalHost),
     row("trace", &["int(point,vector,...)"], Special),
-    // What testshade's renderer answers; a render has no rays for shaders.
+    // From, direction, nearest, farthest, shade, set. The pass `traces` puts one of the others in its place.
+    row("trace_call", &["int(vector,vector,float,float,int,string)"], InternalHost),
+    // What testshade's renderer answers: it has no surfaces.
     row("trace_hit", &["int(vector,vector)"], InternalState),
+    // Whether a ray meets anything; and what it meets first: distance, P, N, Ng, I, dPdu, dPdv, u, v, name (all zero when nothing).
+    row("trace_any", &["int(vector,vector,float,float,string)"], InternalState),
+    row(
+        "trace_nearest",
+        &["int(vector,vector,float,float,string,out float,out point,out normal,out normal,out vector,out vector,\
+             out vector,out float,out float,out string)"],
+        InternalState,
+    ),
     row("arraylength", &["int(any[])"], Special),
     // Of an unsized parameter, whose length `passes::link` knows.
     row("array_length", &["int(any[])"], InternalHost),

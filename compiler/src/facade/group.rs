@@ -13,7 +13,7 @@ use crate::dictionary::Documents;
 use crate::interp;
 use crate::ir::{Const, Inst, Shader};
 use crate::messages::PLACE;
-use crate::passes::{self, Target, link};
+use crate::passes::{self, Rays, Target, link};
 use crate::source::{FileId, SourceMap};
 use crate::textures::TextureAccess;
 use link::{Connection, Hints};
@@ -96,6 +96,7 @@ impl Group {
             textures: options.textures.clone(),
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
+            before_geometry: options.before_geometry,
         };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
@@ -142,6 +143,7 @@ pub(super) struct Parts<'a> {
     textures: Option<TextureAccess>,
     attributes: Attributes,
     documents: Option<Documents>,
+    before_geometry: bool,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
@@ -165,6 +167,7 @@ impl<'a> Parts<'a> {
             textures,
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
+            before_geometry: options.before_geometry,
         }
     }
 
@@ -199,6 +202,11 @@ impl<'a> Parts<'a> {
             documents: self.documents.as_ref(),
             sources: Some(&files.sources),
             grid,
+            rays: match grid {
+                _ if self.before_geometry => Rays::Nothing,
+                true => Rays::Pretended,
+                false => Rays::Scene,
+            },
         }
     }
 
