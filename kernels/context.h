@@ -30,8 +30,30 @@ static inline real3 constant_real3(const Context *c, uint which) { return vload3
 // ---- Path state: planes of one number per slot ---------------------------------------------------------------------
 
 static inline size_t path_at(const Context *c, uint plane, uint slot) { return (size_t)plane * PATHS + slot; }
-static inline real path_get(const Context *c, uint plane, uint slot) { return c->path[path_at(c, plane, slot)]; }
-static inline void path_set(const Context *c, uint plane, uint slot, real v) { c->path[path_at(c, plane, slot)] = v; }
+// Some planes may be of 16 bits: the names of these have the bit PLANE_HALF, so that what a name stands for is known when the
+// kernel is built.
+static inline real path_get(const Context *c, uint plane, uint slot)
+{
+#ifdef PLANE_HALF
+    if (plane & PLANE_HALF) return vload_half(path_at(c, plane & ~PLANE_HALF, slot), c->path_half);
+#endif
+    return c->path[path_at(c, plane, slot)];
+}
+static inline void path_set(const Context *c, uint plane, uint slot, real v)
+{
+#ifdef PLANE_HALF
+    if (plane & PLANE_HALF) {
+        // What is no number stays none, for `accumulate` to count.
+        if (fabs(v) > 65504) {
+            v = copysign((real)65504, v);
+            atomic_inc(&c->counters[COUNTER_clamped]);
+        }
+        vstore_half_rte((float)v, path_at(c, plane & ~PLANE_HALF, slot), c->path_half);
+        return;
+    }
+#endif
+    c->path[path_at(c, plane, slot)] = v;
+}
 static inline real3 path_get3(const Context *c, uint plane, uint slot)
 {
     return (real3)(path_get(c, plane, slot), path_get(c, plane + 1, slot), path_get(c, plane + 2, slot));

@@ -5,20 +5,12 @@
 // A node is 16 floats: for each axis the least of child 0 and of child 1, then the greatest of both, so that one operation
 // serves both children; then as unsigned ints both children's indices and counts. count 0: the index is a node; else the
 // index is the first of `count` triangles (bottom level) or one instance (top level). Boxes are rounded outward.
-// A triangle is three real4, so that each takes one load: its corners; the w of all three are its unit normal.
+// Triangles and the test against them: triangle.h.
 #ifndef OSLCL_GEOMETRY_H
 #define OSLCL_GEOMETRY_H
 
 #include "context.h"
-
-typedef struct {
-    real t, u, v;   // distance in units of the ray's direction; barycentric weights of corners 1 and 2
-    uint triangle;  // index into the bottom levels' triangles
-    uint instance;  // index of the instance; 0 is what needs no transform
-#ifdef HAS_TRACE_SETS
-    uint set;       // in: the number of the set of objects that count; 0: all do
-#endif
-} Hit;
+#include "triangle.h"
 
 #define NO_TRIANGLE 0xffffffffu
 
@@ -57,79 +49,6 @@ static inline void enter_boxes(__global const float4 *n, real3 o, real3 inverse,
     *leave = min(min(max(x.xy, x.zw), max(y.xy, y.zw)), min(max(z.xy, z.zw), (real2)(far))) * (1 + 4 * REAL_EPSILON);
 }
 
-// Corner 0, 1 or 2 of a triangle.
-static inline real3 triangle_corner(__global const real4 *triangles, uint index, int corner)
-{
-    return triangles[3 * (size_t)index + corner].xyz;
-}
-
-// The map that turns a ray's direction to (0, 0, 1), as columns: it shears along the axis in which the direction is longest and
-// leaves the others' numbers alone.
-typedef struct {
-    real3 x, y, z;
-} Shear;
-
-static inline Shear shear_along(real3 d)
-{
-    const real3 a = fabs(d);
-    Shear s;
-    if (a.z >= a.x && a.z >= a.y) {
-        s.x = (real3)(1, 0, 0);
-        s.y = (real3)(0, 1, 0);
-        s.z = (real3)(-d.x, -d.y, 1) / d.z;
-    } else if (a.x >= a.y) {
-        s.x = (real3)(-d.y, -d.z, 1) / d.x;
-        s.y = (real3)(1, 0, 0);
-        s.z = (real3)(0, 1, 0);
-    } else {
-        s.x = (real3)(0, 1, 0);
-        s.y = (real3)(-d.z, -d.x, 1) / d.y;
-        s.z = (real3)(1, 0, 0);
-    }
-    return s;
-}
-
-// By fma throughout: two triangles that share a corner have to find it in the same place, whatever the compiler contracts.
-static inline real3 shear(const Shear *s, real3 v)
-{
-    return fma((real3)(v.x), s->x, fma((real3)(v.y), s->y, v.z * s->z));
-}
-
-// a b - c d, of the right sign always, and 0 only if it is. Kahan's way; Jeannerod, Louvet and Muller, "Further Analysis of Kahan's
-// Algorithm for the Accurate Computation of 2x2 Determinants", Math. Comp. 82, 2013: the error is below two units in the last place.
-static inline real3 difference_of_products(real3 a, real3 b, real3 c, real3 d)
-{
-    const real3 cd = c * d;
-    const real3 lost = fma(-c, d, cd);
-    return fma(a, b, -cd) + lost;
-}
-
-// Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, with exact signs in the place of their second
-// pass in double. A ray that passes an edge is on one side of it for both triangles; on it, it meets both. Shortens *hit when the
-// triangle is nearer.
-static inline int meet_triangle(__global const real4 *triangles, uint index, real3 o, const Shear *s, Hit *hit)
-{
-    const real3 a = shear(s, triangle_corner(triangles, index, 0) - o);
-    const real3 b = shear(s, triangle_corner(triangles, index, 1) - o);
-    const real3 c = shear(s, triangle_corner(triangles, index, 2) - o);
-    // Twice the areas that the ray cuts off: the weights of the corners.
-    real3 w = difference_of_products((real3)(c.x, a.x, b.x), (real3)(b.y, c.y, a.y), (real3)(c.y, a.y, b.y),
-                                     (real3)(b.x, c.x, a.x));
-    if (min(w.x, min(w.y, w.z)) < 0 && max_component(w) > 0) return 0;
-    const real det = w.x + w.y + w.z;
-    // All comparisons are of numbers times |det|: most rays miss, and are spared the division.
-    const real size = fabs(det);
-    w *= copysign((real)1, det);
-    const real t = w.x * a.z + w.y * b.z + w.z * c.z;
-    if (!(size > 0 && t > 0 && t < hit->t * size)) return 0;
-    const real inverse = 1 / size;
-    hit->t = t * inverse;
-    hit->u = w.y * inverse;
-    hit->v = w.z * inverse;
-    hit->triangle = index;
-    return 1;
-}
-
 #ifdef HAS_TRACE_SETS
 static inline uint shape_of(const Context *c, uint triangle, uint instance);
 
@@ -144,7 +63,7 @@ static inline int is_in_set(const Context *c, uint triangle, uint instance, uint
 #endif
 
 // The triangles of a leaf, in the space of an instance; with `any` the first that is met is enough.
-static inline int meet_leaf(const Context *c, uint first, uint count, uint instance, real3 o, const Shear *s,
+static inline int meet_leaf(const Context *c, uint first, uint count, uint instance, real3 o, const TriangleRay *ray,
                             const int any, Hit *hit)
 {
     int found = 0;
@@ -152,7 +71,7 @@ static inline int meet_leaf(const Context *c, uint first, uint count, uint insta
 #ifdef HAS_TRACE_SETS
         if (!is_in_set(c, first + i, instance, hit->set)) continue;
 #endif
-        found |= meet_triangle(c->triangles, first + i, o, s, hit);
+        found |= meet_triangle(c->triangles, first + i, o, ray, hit);
     }
     if (found) hit->instance = instance;
     return found;
@@ -165,12 +84,12 @@ static inline int follow_ray(const Context *c, real3 o, real3 d, const int any, 
     int top = 0;
     int found = 0;
     real3 inverse = (real3)(safe_inverse(d.x), safe_inverse(d.y), safe_inverse(d.z));
-    Shear turn = shear_along(d);
+    TriangleRay turn = triangle_ray(d);
     uint node = 0;
     uint instance = 0;
 #ifdef HAS_INSTANCES
     const real3 world_o = o, world_d = d, world_inverse = inverse;
-    const Shear world_turn = turn;
+    const TriangleRay world_turn = turn;
     int bottom = -1; // the stack's height at which the ray leaves the bottom level
 #endif
     for (;;) {
@@ -242,7 +161,7 @@ static inline int follow_ray(const Context *c, real3 o, real3 d, const int any, 
                 o = transform_point(m, world_o);
                 d = transform_direction(m, world_d);
                 inverse = (real3)(safe_inverse(d.x), safe_inverse(d.y), safe_inverse(d.z));
-                turn = shear_along(d);
+                turn = triangle_ray(d);
             }
             node = c->instance_roots[2 * instance];
         }

@@ -29,6 +29,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "strings.h",
     "surface.h",
     "traces.h",
+    "triangle.h",
     "userdata.h",
     "bsdf/albedo.h",
     "bsdf/bsdf.h",

@@ -5,7 +5,7 @@
 
 use crate::scene::{Attributes as Named, ParamValue, Scene};
 use oslcl_compiler::Binding;
-use oslcl_compiler::attributes::{Attribute, Attributes, Value};
+use oslcl_compiler::attributes::{Attribute, Attributes, Value, asked};
 use std::collections::BTreeSet;
 
 /// The attributes that the shader of this material finds. `of`: the material of the surfaces that it runs on.
@@ -62,15 +62,47 @@ pub(crate) fn of_instance<'a>(scene: &'a Scene, instance: usize, name: &str) -> 
     lists.into_iter().find_map(|list| find(list, name))
 }
 
-/// One element of a value, or all of it.
-pub(crate) fn element(value: &ParamValue, index: Option<usize>) -> Option<Binding> {
-    Some(match (index, value) {
-        (None, value) => crate::materials::binding(value),
-        (Some(i), ParamValue::Floats(list)) => Binding::Float(*list.get(i)?),
-        (Some(i), ParamValue::Strs(list)) => Binding::Str(list.get(i)?.clone()),
-        (Some(0), single) => crate::materials::binding(single),
-        (Some(_), _) => return None,
-    })
+/// The value for userdata that stands for an attribute ([`oslcl_compiler::attributes::asked`]), on a placed mesh.
+pub(crate) fn at_instance(scene: &Scene, instance: usize, userdata: &str) -> Option<Binding> {
+    let (name, _) = asked(userdata)?;
+    let mut known = Attributes { list: camera(scene), ..Attributes::default() };
+    if let Some(value) = of_instance(scene, instance, name) {
+        add(&mut known.list, "", name, value);
+    }
+    known.answer(userdata).map(as_binding)
+}
+
+/// What a shader around the scene finds without naming an object.
+pub(crate) fn around(scene: &Scene, material: usize) -> Attributes {
+    let mut known = Attributes { list: camera(scene), ..Attributes::default() };
+    for (name, value) in scene.materials[material].attributes.iter().rev().chain(scene.attributes.iter().rev()) {
+        add(&mut known.list, "", name, value);
+    }
+    known
+}
+
+/// A constant as a value to give.
+pub(crate) fn as_binding(value: Value) -> Binding {
+    match value {
+        Value::Int(v) => Binding::Int(i64::from(v)),
+        Value::Float(v) => Binding::Float(v),
+        Value::Str(s) => Binding::Str(s),
+        Value::Triple(v) => Binding::Floats(v.to_vec()),
+        Value::Matrix(v) => Binding::Floats(v.to_vec()),
+        Value::Array(items) => {
+            let (mut numbers, mut texts) = (Vec::new(), Vec::new());
+            for item in items {
+                match as_binding(item) {
+                    Binding::Int(v) => numbers.push(v as f64),
+                    Binding::Float(v) => numbers.push(v),
+                    Binding::Floats(v) => numbers.extend(v),
+                    Binding::Str(s) => texts.push(s),
+                    Binding::Strs(list) => texts.extend(list),
+                }
+            }
+            if texts.is_empty() { Binding::Floats(numbers) } else { Binding::Strs(texts) }
+        }
+    }
 }
 
 /// Every string among the attributes, which shaders may print.

@@ -3,56 +3,15 @@
 //! In: names and values as users write them. Out: [`Choices`], macros and build options of kernels. docs/accuracy.md shows the
 //! table; a test holds them together. It must not know devices.
 
+mod table;
+mod values;
+
+pub use table::{PROFILES, Row, TABLE, markdown};
+pub use values::{Intersection, LightChoice, Maths, PathState, Sampler, TreeQuality};
+
 use crate::plan::{Effect, Overrides};
 use crate::precision::Precision;
 use crate::scene::Integrator;
-use std::fmt::Write;
-
-/// Where elementary functions come from (kernels/maths.h).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Maths {
-    /// Our polynomials, to a few units in the last place.
-    #[default]
-    Polynomials,
-    /// The driver's functions.
-    Driver,
-    /// The driver's native functions: whatever the hardware has, without a bound on the error.
-    Native,
-}
-
-/// Where random numbers come from (kernels/random.h).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Sampler {
-    /// Independent numbers.
-    #[default]
-    Independent,
-    /// Owen-scrambled Sobol points, four dimensions at a time: even over the samples of a pixel.
-    Sobol,
-}
-
-/// How one of several emissive triangles is chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum LightChoice {
-    /// In proportion to its power.
-    #[default]
-    Power,
-    /// All alike.
-    Uniform,
-}
-
-/// How much work goes into the trees over triangles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum TreeQuality {
-    /// `Slow` up to two million triangles, then `Medium`.
-    #[default]
-    Auto,
-    /// Quick to build.
-    Fast,
-    /// In between.
-    Medium,
-    /// Quick to trace.
-    Slow,
-}
 
 /// What accuracy is bought with time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -61,6 +20,10 @@ pub struct Choices {
     pub precision: Precision,
     /// Elementary functions.
     pub maths: Maths,
+    /// Rays against triangles.
+    pub intersection: Intersection,
+    /// State of paths.
+    pub path_state: PathState,
     /// Random numbers.
     pub sampler: Sampler,
     /// Choice among lights.
@@ -82,6 +45,8 @@ impl Default for Choices {
         Choices {
             precision: Precision::default(),
             maths: Maths::default(),
+            intersection: Intersection::default(),
+            path_state: PathState::default(),
             sampler: Sampler::default(),
             lights: LightChoice::default(),
             environment_map: 512,
@@ -98,92 +63,6 @@ impl From<Precision> for Choices {
         Choices { precision, ..Choices::default() }
     }
 }
-
-/// A row of the table.
-#[derive(Clone, Copy, Debug)]
-pub struct Row {
-    /// The setting's name.
-    pub name: &'static str,
-    /// Its values, the default first; for a number what it may be.
-    pub values: &'static [&'static str],
-    /// What it decides, and what the values trade.
-    pub text: &'static str,
-}
-
-/// Every setting.
-pub const TABLE: &[Row] = &[
-    Row {
-        name: "precision",
-        values: &["standard", "fast", "reference"],
-        text: "Arithmetic: 32-bit floats; 32-bit floats with relaxed rules, the quickest; 64-bit floats, what the others are \
-               measured against.",
-    },
-    Row {
-        name: "maths",
-        values: &["polynomials", "driver", "native"],
-        text: "Elementary functions: ours, to 3.5 units in the last place, the same on every device; the driver's; the driver's \
-               native ones, whose error has no bound.",
-    },
-    Row {
-        name: "sampler",
-        values: &["independent", "sobol"],
-        text: "Random numbers: independent; Owen-scrambled Sobol points, which take longer to compute and cover a pixel's samples \
-               evenly.",
-    },
-    Row {
-        name: "lights",
-        values: &["power", "uniform"],
-        text: "Which emissive triangle a shadow ray goes to: the more powerful the likelier; all alike.",
-    },
-    Row {
-        name: "environment_map",
-        values: &["512", "16 to 8192, a power of two"],
-        text: "Columns of the map by which the environment is sampled (half as many rows): small bright spots need more, and more \
-               take longer to make and miss the cache.",
-    },
-    Row {
-        name: "tree",
-        values: &["auto", "fast", "medium", "slow"],
-        text: "Trees over triangles: quick to build or quick to trace. Never changes a picture but by rounding.",
-    },
-    Row {
-        name: "depth",
-        values: &["the scene's", "1 to 4096"],
-        text: "Edges of the longest path. What longer paths would bring is missing: a bias.",
-    },
-    Row {
-        name: "roulette",
-        values: &["the scene's", "a bounce", "off"],
-        text: "The bounce from which Russian roulette may end weak paths: no bias, more noise, less time.",
-    },
-];
-
-/// The profiles and what they set.
-pub const PROFILES: &[(&str, &[(&str, &str)])] = &[
-    (
-        "draft",
-        &[
-            ("precision", "fast"),
-            ("sampler", "sobol"),
-            ("environment_map", "128"),
-            ("tree", "fast"),
-            ("depth", "5"),
-            ("roulette", "2"),
-        ],
-    ),
-    ("standard", &[]),
-    (
-        "reference",
-        &[
-            ("precision", "reference"),
-            ("maths", "driver"),
-            ("sampler", "independent"),
-            ("environment_map", "1024"),
-            ("tree", "slow"),
-            ("roulette", "off"),
-        ],
-    ),
-];
 
 /// Why a setting is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -231,7 +110,7 @@ impl Choices {
         Ok(out)
     }
 
-    /// Sets one by name, as in `--set sampler=sobol`.
+    /// Sets one by name, as in `--set sampler=independent`.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), Error> {
         let refuse = || Error::Value { name: name.to_owned(), value: value.to_owned() };
         let number = |low: u32, high: u32| {
@@ -245,6 +124,11 @@ impl Choices {
             ("maths", "polynomials") => self.maths = Maths::Polynomials,
             ("maths", "driver") => self.maths = Maths::Driver,
             ("maths", "native") => self.maths = Maths::Native,
+            ("intersection", "watertight") => self.intersection = Intersection::Watertight,
+            ("intersection", "fast") => self.intersection = Intersection::Fast,
+            ("intersection", "f64") => self.intersection = Intersection::Double,
+            ("path_state", "float") => self.path_state = PathState::Float,
+            ("path_state", "half") => self.path_state = PathState::Half,
             ("sampler", "independent") => self.sampler = Sampler::Independent,
             ("sampler", "sobol") => self.sampler = Sampler::Sobol,
             ("lights", "power") => self.lights = LightChoice::Power,
@@ -282,14 +166,27 @@ impl Choices {
         }
     }
 
-    /// With the precision that the overrides of effects ask for.
+    /// With the precision that the overrides of effects ask for; and where everything is in doubles, nothing is so especially.
     pub fn settled(&self) -> Choices {
         let precision = match self.precision {
             _ if self.overrides.forces(Effect::DoublePrecision) => Precision::Reference,
             Precision::Reference if self.overrides.removes(Effect::DoublePrecision) => Precision::Standard,
             precision => precision,
         };
-        Choices { precision, ..*self }
+        let intersection = match self.intersection {
+            Intersection::Double if precision.is_double() => Intersection::Watertight,
+            intersection => intersection,
+        };
+        Choices { precision, intersection, ..*self }
+    }
+
+    /// What of this needs a device with 64-bit floats, by name and value.
+    pub fn needs_double(&self) -> Option<&'static str> {
+        match self.settled() {
+            c if c.precision.is_double() => Some("precision=reference"),
+            c if c.intersection == Intersection::Double => Some("intersection=f64"),
+            _ => None,
+        }
     }
 
     /// The macros that every program has for these choices.
@@ -299,24 +196,14 @@ impl Choices {
             Maths::Driver => Some("OSLCL_DRIVER_MATH"),
             Maths::Native => Some("OSLCL_NATIVE_MATH"),
         };
+        let intersection = match self.intersection {
+            Intersection::Watertight => None,
+            Intersection::Fast => Some("INTERSECTION_FAST"),
+            Intersection::Double => Some("INTERSECTION_F64"),
+        };
         let sampler = (self.sampler == Sampler::Sobol).then_some("SAMPLER_SOBOL");
-        maths.into_iter().chain(sampler).map(str::to_owned).collect()
+        [maths, intersection, sampler].into_iter().flatten().map(str::to_owned).collect()
     }
-}
-
-/// The table and the profiles in Markdown, for docs/accuracy.md.
-pub fn markdown() -> String {
-    let mut out = String::from("| setting | values, the default first | what it decides |\n|---|---|---|\n");
-    for row in TABLE {
-        let _ = writeln!(out, "| `{}` | {} | {} |", row.name, row.values.join(", "), row.text);
-    }
-    out.push_str("\n| profile | sets |\n|---|---|\n");
-    for (name, settings) in PROFILES {
-        let list: Vec<String> = settings.iter().map(|(n, v)| format!("{n} = {v}")).collect();
-        let list = if list.is_empty() { "nothing: all defaults".to_owned() } else { list.join(", ") };
-        let _ = writeln!(out, "| `{name}` | {list} |");
-    }
-    out
 }
 
 #[cfg(test)]

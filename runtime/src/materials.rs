@@ -1,16 +1,18 @@
-//! A scene's materials, compiled.
+//! A scene's materials, compiled, or taken from packages of compiled shaders.
 //!
 //! In: a scene. Out: an artifact per material that is used. Of the compiler it sees the facade only.
 
+use crate::package::{self, Package, take};
 use crate::roads::Road;
-use crate::scene::{Material, ParamValue, Scene};
+use crate::scene::{FromPackage, Location, Material, ParamValue, Scene};
+use crate::supplies::Supplies;
 use crate::textures::{self, Library};
 use crate::{attributes, displace, vertex_data};
 use oslcl_compiler::diag::Diagnostic;
 use oslcl_compiler::{
     Artifact, Binding, Entry, Failure, Group, Includes, Master, Options, ParseError, TextError, compile,
 };
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,6 +27,16 @@ pub enum Error {
         material: String,
         /// What the compiler says.
         failure: Box<Failure>,
+    },
+    /// Its package can't be had, or does not fit the scene.
+    #[error("{at}: material `{material}`: {cause}")]
+    Package {
+        /// Where the scene says so.
+        at: Location,
+        /// Its name in the scene.
+        material: String,
+        /// What is wrong.
+        cause: Box<package::Error>,
     },
     /// Its shader is for something else.
     #[error("material `{material}`: `{shader}` is a {kind} shader, but {role}")]
@@ -47,6 +59,15 @@ pub struct Compiled {
     pub artifacts: Vec<Option<Artifact>>,
     /// One per material: what moves the vertices of surfaces that have it, [`displace::OUTPUTS`] of its displacement shader.
     pub displacements: Vec<Option<Artifact>>,
+    /// By material: values of interactive parameters that the scene gives. Only code from packages reads such values in every
+    /// render.
+    pub values: Vec<Supplies>,
+    /// As `values`, of `displacements`.
+    pub displacement_values: Vec<Supplies>,
+    /// Shaders that were compiled.
+    pub compiled: u32,
+    /// Shaders that came compiled, in packages.
+    pub from_packages: u32,
     /// The texture files.
     pub textures: Arc<Library>,
     /// Warnings, each with the text of its finding.
@@ -111,13 +132,15 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Resul
     let jobs = jobs(scene);
     let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
     let library = Arc::new(Library::new(settings));
+    let packages = packages(scene, &jobs)?;
+    let settings = Settings { scene, library: &library, packages: &packages, interactive, road };
     let next = AtomicUsize::new(0);
-    let results: Vec<Mutex<Option<Result<_, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+    let results: Vec<Mutex<Option<Result<_, Error>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
     let work = || {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let (Some(slot), Some((material, role))) = (results.get(index), jobs.get(index)) else { break };
-            let output = compile_one(scene, *material, *role, &library, interactive, road);
+            let output = settings.one(*material, *role);
             *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(output);
         }
     };
@@ -129,14 +152,28 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Resul
         }
     });
     let none = vec![None; scene.materials.len()];
-    let mut compiled =
-        Compiled { artifacts: none.clone(), displacements: none, textures: library.clone(), warnings: Vec::new() };
+    let values = vec![Supplies::default(); scene.materials.len()];
+    let mut compiled = Compiled {
+        artifacts: none.clone(),
+        displacements: none,
+        values: values.clone(),
+        displacement_values: values,
+        compiled: 0,
+        from_packages: 0,
+        textures: library.clone(),
+        warnings: Vec::new(),
+    };
     for (result, (index, role)) in results.into_iter().zip(jobs) {
         let material = scene.materials[index].name.clone();
         match result.into_inner().unwrap_or_else(PoisonError::into_inner) {
             // A thread that panicked took the whole scope with it.
             None => {}
-            Some(Ok((output, left_out))) => {
+            Some(Ok(Made { output, left_out, supplies })) => {
+                match supplies {
+                    Some(_) => compiled.from_packages += 1,
+                    None => compiled.compiled += 1,
+                }
+                let supplies = supplies.unwrap_or_default();
                 if let Some(role) = role.refuses(&output.artifact.kind) {
                     let Artifact { name, kind, .. } = output.artifact;
                     return Err(Error::Kind { material, shader: name, kind, role });
@@ -154,11 +191,17 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Resul
                     ));
                 }
                 match role {
-                    Role::Light => compiled.artifacts[index] = Some(output.artifact),
-                    Role::Displacement(of) => compiled.displacements[of] = Some(output.artifact),
+                    Role::Light => {
+                        compiled.artifacts[index] = Some(output.artifact);
+                        compiled.values[index] = supplies;
+                    }
+                    Role::Displacement(of) => {
+                        compiled.displacements[of] = Some(output.artifact);
+                        compiled.displacement_values[of] = supplies;
+                    }
                 }
             }
-            Some(Err(failure)) => return Err(Error::Compile { material, failure: Box::new(failure) }),
+            Some(Err(error)) => return Err(error),
         }
     }
     Ok(compiled)
@@ -173,8 +216,77 @@ pub(crate) fn missing<'a>(library: &'a Library, artifact: &'a Artifact) -> impl 
     })
 }
 
-/// The output, and what was left out on the way there.
-type Made = (oslcl_compiler::Output, Vec<String>);
+/// The packages of the materials that are used, each read once.
+fn packages(scene: &Scene, jobs: &[(usize, Role)]) -> Result<HashMap<PathBuf, Package>, Error> {
+    let mut packages: HashMap<PathBuf, Package> = HashMap::new();
+    for (index, _) in jobs {
+        let material = &scene.materials[*index];
+        let Some(from) = &material.package else { continue };
+        if !packages.contains_key(&material.path) {
+            let package = Package::read(&material.path).map_err(|e| unfit(material, &from.at, e))?;
+            packages.insert(material.path.clone(), package);
+        }
+    }
+    Ok(packages)
+}
+
+fn unfit(material: &Material, at: &Location, cause: package::Error) -> Error {
+    Error::Package { at: at.clone(), material: material.name.clone(), cause: Box::new(cause) }
+}
+
+/// A material's shader, ready for the renderer.
+struct Made {
+    output: oslcl_compiler::Output,
+    /// What was left out on the way there.
+    left_out: Vec<String>,
+    /// Values of a shader from a package; `None` of one that was compiled.
+    supplies: Option<Supplies>,
+}
+
+/// What decides all of a scene's artifacts.
+struct Settings<'a> {
+    scene: &'a Scene,
+    library: &'a Arc<Library>,
+    packages: &'a HashMap<PathBuf, Package>,
+    interactive: bool,
+    road: Road,
+}
+
+impl Settings<'_> {
+    fn one(&self, index: usize, role: Role) -> Result<Made, Error> {
+        let material = &self.scene.materials[index];
+        match &material.package {
+            Some(from) => self.taken(index, role, from),
+            None => compile_one(self.scene, index, role, self.library, self.interactive, self.road)
+                .map_err(|failure| Error::Compile { material: material.name.clone(), failure: Box::new(failure) }),
+        }
+    }
+
+    /// The artifact of a shader that is in a package.
+    fn taken(&self, index: usize, role: Role, from: &FromPackage) -> Result<Made, Error> {
+        let material = &self.scene.materials[index];
+        let told = |(at, cause): take::Misfit| unfit(material, &at, cause);
+        let of = match role {
+            Role::Light => index,
+            Role::Displacement(of) => of,
+        };
+        let wanted = take::Wanted {
+            scene: self.scene,
+            material: index,
+            of,
+            moves: role != Role::Light,
+            road: self.road,
+            library: self.library,
+            changes: self.interactive,
+        };
+        // All that are used were read.
+        let package = &self.packages[&material.path];
+        let shader = package.shader(from.shader.as_deref()).map_err(|e| told((from.at.clone(), e)))?;
+        let (artifact, supplies) = take::take(&shader, from, &wanted).map_err(told)?;
+        let output = oslcl_compiler::Output { artifact, warnings: Vec::new(), sources: Arc::default() };
+        Ok(Made { output, left_out: Vec::new(), supplies: Some(supplies) })
+    }
+}
 
 fn compile_one(
     scene: &Scene,
@@ -210,7 +322,8 @@ fn compile_one(
     if material.group {
         return of_group(material, scene, options);
     }
-    Ok((compile(&material.source, &options, &Beside)?, Vec::new()))
+    let output = compile(&material.source, &options, &Beside)?;
+    Ok(Made { output, left_out: Vec::new(), supplies: None })
 }
 
 /// A group's shaders are files in the scene's folders or beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
@@ -256,7 +369,7 @@ fn of_group(material: &Material, scene: &Scene, mut options: Options) -> Result<
         }
     }
     let left_out = if scene.conventions.unknown_params_warn { drop_unknown(&mut group) } else { Vec::new() };
-    Ok((group.instance(&options)?, left_out))
+    Ok(Made { output: group.instance(&options)?, left_out, supplies: None })
 }
 
 /// Takes away values for parameters that shaders do not have, and says which.

@@ -6,12 +6,12 @@ use crate::choices::Choices;
 use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
-use crate::plan::{Plan, Stage};
+use crate::plan::{Effect, Plan, Stage};
 use crate::roads::Road;
 use crate::scene::{self, MaterialId, Scene};
 use crate::session::Session;
 use crate::wavefront::Counts;
-use crate::{accel, device, displace, programs, textures, told, traced, vertex_data};
+use crate::{accel, device, displace, package, programs, textures, told, traced, vertex_data};
 use oslcl_compiler::Radiance;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -127,6 +127,8 @@ pub struct Summary {
     pub buffers: Vec<(&'static str, u64)>,
     /// How programs came about.
     pub programs: programs::Tally,
+    /// How many shaders were compiled, and how many came compiled in packages.
+    pub shaders: (u32, u32),
     /// Warnings of the materials.
     pub warnings: Vec<String>,
     /// What the materials printed.
@@ -167,10 +169,27 @@ pub(crate) fn plan_for(
         }
         compiled.warnings.push(format!("warning: the environment is black: {}\n", dark(&material)));
     }
+    if choices.overrides.removes(Effect::Interactive) {
+        always_open(scene, &compiled)?;
+    }
     let plan = Plan::new(written, scene, &compiled.artifacts, choices);
     compiled.warnings.extend(plan.warnings());
     compiled.warnings.extend(traced::warnings(scene, &compiled.artifacts));
     Ok((plan, compiled))
+}
+
+/// Code that reads values of parameters at run time can't do without them.
+fn always_open(scene: &Scene, compiled: &Compiled) -> Result<(), materials::Error> {
+    for (material, artifact) in scene.materials.iter().zip(&compiled.artifacts) {
+        let Some((artifact, from)) = artifact.as_ref().zip(material.package.as_ref()) else { continue };
+        if !artifact.inputs.interactive.is_empty() {
+            let names: Vec<&str> = artifact.inputs.interactive.iter().map(|s| s.name.as_str()).collect();
+            let (shader, names) = (artifact.name.clone(), names.join(", "));
+            let cause = Box::new(package::Error::MustBeInteractive { shader, names });
+            return Err(materials::Error::Package { at: from.at.clone(), material: material.name.clone(), cause });
+        }
+    }
+    Ok(())
 }
 
 /// Why an environment is black.

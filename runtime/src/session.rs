@@ -78,8 +78,8 @@ impl<'a> Session<'a> {
         let options = Options { choices: asked.settled(), ..*options };
         let interactive = interactive && !asked.overrides.removes(Effect::Interactive);
         let scene = asked.overrides.apply(written);
-        if options.choices.precision.is_double() && !device.info.double {
-            return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
+        if let Some(needs) = options.choices.needs_double().filter(|_| !device.info.double) {
+            return Err(device::Error::NoDouble { device: device.info.name.clone(), needs }.into());
         }
         // Better to hear of it now than after the work.
         roads::check(device, options.road).map_err(programs::Error::from)?;
@@ -109,7 +109,7 @@ impl<'a> Session<'a> {
             false => textures::Packed::default(),
         };
         let traced = traced::build(&scene, &compiled.artifacts);
-        let values = vec![Supplies::default(); scene.materials.len()];
+        let values = compiled.values.clone();
         let interactive = interactive_numbers(&compiled, &values);
         let supplied =
             Supplied { textures: &textures, userdata: &userdata, interactive: &interactive, traced: &traced };
@@ -281,6 +281,7 @@ impl<'a> Session<'a> {
             launches,
             buffers,
             programs: self.kernels.tally(),
+            shaders: (self.compiled.compiled, self.compiled.from_packages),
             warnings: self.compiled.warnings.clone(),
             messages,
         };

@@ -18,6 +18,7 @@
 //! ```
 
 use crate::assemble;
+use crate::choices::Choices;
 use crate::device::{self, Arg, Buffer, Device, Program};
 use crate::materials;
 use crate::preamble;
@@ -180,8 +181,8 @@ pub fn run_timed(
     supplies: &Supplies,
     repeats: u32,
 ) -> Result<(Shaded, f64), Error> {
-    if precision.is_double() && !device.info.double {
-        return Err(device::Error::NoDouble { device: device.info.name.clone() }.into());
+    if let Some(needs) = Choices::from(precision).needs_double().filter(|_| !device.info.double) {
+        return Err(device::Error::NoDouble { device: device.info.name.clone(), needs }.into());
     }
     let packed = textures::pack(library, artifact.textures.iter().map(|t| t.file.as_str()))?;
     let _span = tracing::debug_span!("shade", shader = artifact.name).entered();

@@ -146,7 +146,7 @@ pub fn run(scene: &Scene, device: &Device, effort: &Effort, watch: &mut dyn FnMu
     let (plan, _) = crate::render::plan(&plain, &Choices::default()).map_err(failed("plan"))?;
     let mut variations = variations(&plain, &plan, effort.samples);
     if !device.info.double {
-        variations.retain(|v| !v.choices.precision.is_double());
+        variations.retain(|v| v.choices.needs_double().is_none());
     }
     // Scenes that differ in depth, roulette or samples; the sessions borrow them.
     let scenes: Vec<Scene> = variations

@@ -93,6 +93,8 @@ pub struct Counts {
     pub dropped: u32,
     /// Samples that were not finite and count as black.
     pub repaired: u32,
+    /// Numbers that were too large for 16 bits and became the largest there (`path_state = half`).
+    pub clamped: u32,
 }
 
 impl std::ops::AddAssign for Counts {
@@ -102,6 +104,7 @@ impl std::ops::AddAssign for Counts {
         self.samples += other.samples;
         self.dropped += other.dropped;
         self.repaired += other.repaired;
+        self.clamped += other.clamped;
     }
 }
 
@@ -186,7 +189,7 @@ impl<'a> Wavefront<'a> {
         let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, s, self.spread));
         let reals = |data: &[f64]| upload_reals(device, name, data, self.precision());
         match id {
-            BufferId::Path | BufferId::PathUint | BufferId::Queues => empty(),
+            BufferId::Path | BufferId::PathHalf | BufferId::PathUint | BufferId::Queues => empty(),
             BufferId::EnvironmentCells | BufferId::EnvironmentAlias => empty(),
             BufferId::Counters => device.upload(name, &vec![0u32; self.plan.layout.counter_words()]),
             BufferId::Settings => device.upload(name, &self.settings),
@@ -407,6 +410,7 @@ impl<'a> Wavefront<'a> {
             samples: wide(Counter::Samples),
             dropped: word(Counter::Dropped),
             repaired: word(Counter::Repaired),
+            clamped: word(Counter::Clamped),
         }
     }
 
@@ -454,6 +458,7 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
     let words = |count: usize| 4 * count as u64;
     match id {
         BufferId::Path => reals(paths * u64::from(layout.real_planes())),
+        BufferId::PathHalf => 2 * paths * u64::from(layout.half_planes()),
         BufferId::PathUint => 4 * paths * u64::from(layout.uint_planes()),
         BufferId::Queues => 4 * paths * u64::from(layout.queue_count()),
         BufferId::Counters => words(layout.counter_words()),

@@ -508,8 +508,8 @@ fn choices_are_checked_and_change_what_they_should() {
     };
     let plain = picture("plain", &[]);
     assert_eq!(picture("standard", &["--profile", "standard"]), plain);
-    assert_ne!(picture("sobol", &["--set", "sampler=sobol"]), plain);
-    assert_eq!(picture("last", &["--set", "sampler=sobol", "--set", "sampler=independent"]), plain);
+    assert_ne!(picture("independent", &["--set", "sampler=independent"]), plain);
+    assert_eq!(picture("last", &["--set", "sampler=independent", "--set", "sampler=sobol"]), plain);
     assert_ne!(picture("short", &["--set", "depth=1"]), plain);
     picture("draft", &["--profile", "draft"]);
     picture("reference", &["--profile", "reference"]);
@@ -522,7 +522,7 @@ fn a_study_says_what_each_choice_costs() {
     let args = ["bench", "accuracy", "s.toml", "-o", "out", "--spp", "4", "--seeds", "2", "--references", "refs"];
     let run = at.oslcl(&[&args[..], &["--reference-spp", "64"]].concat());
     succeeds(&run);
-    for name in ["default", "sampler=sobol", "precision=fast", "depth=2", "profile draft", "spp=16"] {
+    for name in ["default", "sampler=independent", "precision=fast", "depth=2", "profile draft", "spp=16"] {
         assert!(run.out.contains(&format!("| {name} |")), "{name}: {}", run.out);
     }
     let csv = String::from_utf8(at.read("out/accuracy-s.csv")).expect("text");
@@ -534,7 +534,7 @@ fn a_study_says_what_each_choice_costs() {
     let page = String::from_utf8(at.read("out/accuracy-s.md")).expect("text");
     assert!(page.contains("oslcl bench accuracy s.toml --spp 4 --seeds 2 --reference-spp 64"), "{page}");
     for plot in ["out/accuracy-s-mse.svg", "out/accuracy-s-flip.svg"] {
-        assert!(String::from_utf8(at.read(plot)).expect("text").contains("sampler=sobol"), "{plot}");
+        assert!(String::from_utf8(at.read(plot)).expect("text").contains("sampler=independent"), "{plot}");
     }
     // The reference is kept, and made again where a file is damaged.
     let kept = std::fs::read_dir(at.0.join("refs")).expect("a folder").flatten().next().expect("a reference").path();
@@ -550,8 +550,9 @@ fn a_study_says_what_each_choice_costs() {
 fn a_target_error_is_reached_and_said() {
     let at = Folder::new("target");
     at.write("s.toml", square("shader = \"matte\""));
-    let samples = |error: &str| -> f64 {
-        let run = at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", error]);
+    let samples = |error: &str, sampler: &str| -> f64 {
+        let sampler = format!("sampler={sampler}");
+        let run = at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", error, "--set", &sampler]);
         succeeds(&run);
         let line = run.err.lines().find(|l| l.starts_with("error ")).unwrap_or_else(|| panic!("{}", run.err));
         let reached: f64 = line.split_whitespace().nth(1).and_then(|n| n.parse().ok()).expect("a number");
@@ -560,9 +561,12 @@ fn a_target_error_is_reached_and_said() {
         let at = words.iter().position(|w| *w == "samples").expect("samples");
         words[at - 1].parse().expect("a number")
     };
-    let (coarse, fine) = (samples("0.016"), samples("0.004"));
-    // A quarter of the error takes 16 times the samples, give or take the steps.
+    let (coarse, fine) = (samples("0.016", "independent"), samples("0.004", "independent"));
+    // A quarter of the error takes 16 times the independent samples, give or take the steps.
     assert!(fine / coarse > 8.0 && fine / coarse < 32.0, "{coarse} {fine}");
+    // Even ones are better by more than half here.
+    let even = samples("0.004", "sobol");
+    assert!(even < 0.5 * fine, "{even} of {fine}");
     for wrong in ["0", "1", "nan", "x"] {
         fails(&at.oslcl(&["render", "s.toml", "-o", "p.exr", "--target-error", wrong]), 2, &["--target-error"]);
     }

@@ -1,6 +1,7 @@
 //! Hard cases of geometry: rays through edges and vertices, off surfaces, at all scales.
 
 use glam::{DAffine3, DMat3, DVec3};
+use oslcl_runtime::choices::Intersection;
 use oslcl_runtime::scene::Mesh;
 use oslcl_tests::hard_cases::rays::Target;
 use oslcl_tests::hard_cases::{each, meshes};
@@ -117,5 +118,40 @@ fn rays_that_start_on_a_surface_neither_meet_it_nor_fall_through() {
             ledger.at_most(&format!("{}: share of rays into it that fall through", p.name), share, bound);
             ledger.at_most(&format!("{}: points without a sound state", p.name), f64::from(leaves.broken), 0.0);
         }
+    });
+}
+
+/// What `intersection = fast` and `f64` do to the same rays: the first leaks at edges, by how much is stated, but never meets the
+/// surface that a ray leaves; the second does neither, and points lie closer to their surfaces.
+#[test]
+fn other_tests_against_triangles_keep_what_they_say() {
+    each("geometry, other tests", |run, ledger| {
+        let count = run.count(50_000, 1_000_000);
+        let (mut leaks, mut rays) = (0.0, 0.0);
+        for (k, p) in closed().iter().enumerate().filter(|(k, _)| run.full || k % 5 == 0) {
+            for (name, intersection) in [("fast", Intersection::Fast), ("f64", Intersection::Double)] {
+                if !run.device.info.double && intersection == Intersection::Double {
+                    continue;
+                }
+                let run = run.with(intersection);
+                let target = Target::new(&run, &p.mesh, p.place, p.camera, p.instanced)
+                    .unwrap_or_else(|e| panic!("{}: {e}", p.name));
+                let shots = target.shoot(count, 0.9, false, 301 + k as u32).expect("rays are shot");
+                let leaves = target.leave(2 * count, 1e-6, 401 + k as u32).expect("rays are shot");
+                let what = |text: &str| format!("{}, intersection={name}: {text}", p.name);
+                ledger.at_most(&what("rays off the surface that meet it"), f64::from(leaves.self_hits), 0.0);
+                let fall = f64::from(leaves.leaks) / f64::from(leaves.pairs);
+                if intersection == Intersection::Fast {
+                    leaks += f64::from(shots.leaks);
+                    rays += f64::from(shots.rays);
+                } else {
+                    let bound = if run.precision.is_double() { 0.0 } else { p.thin };
+                    ledger.at_most(&what("share of rays into it that fall through"), fall, bound);
+                    ledger.at_most(&what("leaks through edges and vertices"), f64::from(shots.leaks), 0.0);
+                }
+            }
+        }
+        // Of rays that are aimed at edges, corners and insides in equal parts.
+        ledger.at_most("intersection=fast: share of rays that leak", leaks / rays, 0.1);
     });
 }

@@ -3,6 +3,7 @@
 //! A pixel is a box filter's integral, so a picture of 1/k of the size is compared with the reference's k x k means. The test
 //! runs at 64 x 64; with OSLCL_SLOW_TESTS set at the reference's own 512 x 512 and 4,096 samples, for a fast device.
 
+use oslcl_runtime::choices::{Choices, Sampler};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film::compare::{mean, relative_mse, worst_tile};
 use oslcl_runtime::film::{Picture, read_exr};
@@ -44,11 +45,12 @@ fn check(name: &str) {
     let mut scene = scene::load(&file(&format!("scenes/{name}.toml"))).expect("a scene");
     scene.film = scene::Film { width: side as u32, height: side as u32 };
     let device = Device::open(None).expect("an OpenCL device");
-    let mut render = |samples: u32, seed: u64| {
+    let mut render = |samples: u32, seed: u64, sampler: Sampler| {
         scene.integrator.samples = samples;
         scene.integrator.seed = seed;
+        let options = Options { choices: Choices { sampler, ..Choices::default() }, ..Options::default() };
         let (picture, summary) =
-            render::render(&scene, &device, &Options::default(), &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+            render::render(&scene, &device, &options, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!((summary.counts.dropped, summary.counts.repaired), (0, 0), "{name}");
         picture
     };
@@ -56,13 +58,13 @@ fn check(name: &str) {
     // The error of independent samples falls as 1/N: N times the relative MSE is the same for all N.
     let mut scaled = Vec::new();
     for (i, samples) in [16u32, 64, 256, 1024].into_iter().enumerate() {
-        let picture = render(samples, 7 + i as u64);
+        let picture = render(samples, 7 + i as u64, Sampler::Independent);
         scaled.push(f64::from(samples) * relative_mse(&picture, &reference).expect("one size"));
     }
     let (low, high) = scaled.iter().fold((f64::MAX, 0.0f64), |(l, h), x| (l.min(*x), h.max(*x)));
     assert!(high < 1.6 * low, "{name}: samples times relative MSE from 16 to 1,024 samples: {scaled:?}");
 
-    let picture = render(if is_slow() { 4096 } else { 2048 }, 1);
+    let picture = render(if is_slow() { 4096 } else { 2048 }, 1, Sampler::default());
     let (got, expected) = (mean(&picture), mean(&reference));
     for (a, b) in got.iter().zip(&expected) {
         assert!((a - b).abs() < 0.005 * b, "{name}: mean {got:?}, reference {expected:?}");

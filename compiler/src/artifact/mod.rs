@@ -1,13 +1,15 @@
 //! What leaves the compiler: code, entry point, and what the code needs of a renderer.
 //!
-//! In: optimised IR, its code, the reflection. Out: [`Artifact`], also as JSON for tools. It must not know how the code was
+//! In: optimised IR, its code, the reflection. Out: [`Artifact`], also as JSON for tools and as [`Stored`] for files. It must not know how the code was
 //! written.
 
 mod effects;
 mod inputs;
+mod stored;
 
 pub use effects::{Radiance, State};
 pub use inputs::{Inputs, Slot};
+pub use stored::{Inconsistent, Stored};
 
 use crate::backend::Output;
 use crate::backend::opencl_c::Code;
@@ -16,14 +18,14 @@ use crate::ir::Shader;
 use crate::messages::{Decoder, Site};
 use crate::passes::{self, TextureUse, Traces};
 use crate::reflect::ShaderInfo;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Version of the interface between artifacts and kernels (kernels/lobe.h, kernels/globals.h, kernels/osl/). A renderer
 /// refuses artifacts of another one.
 pub const ABI_VERSION: u32 = 2;
 
 /// A compiled shader.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Artifact {
     /// [`ABI_VERSION`] of the compiler that made it.
     pub abi_version: u32,
@@ -46,6 +48,7 @@ pub struct Artifact {
     /// Names of the closures for media that can occur, sorted, each once.
     pub volumes: Vec<String>,
     /// Fields of `ShaderGlobals` that the code reads: OSL's names of the globals.
+    #[serde(deserialize_with = "stored::globals")]
     pub globals: Vec<&'static str>,
     /// What else of the renderer's state it reads.
     pub state: State,
@@ -54,7 +57,7 @@ pub struct Artifact {
     /// Texture files that it can look up, by name.
     pub textures: Vec<TextureUse>,
     /// What it asks of rays that it traces itself. When there are any, the code needs what kernels/osl/trace.h says.
-    #[serde(skip_serializing_if = "Traces::is_empty")]
+    #[serde(default, skip_serializing_if = "Traces::is_empty")]
     pub traces: Traces,
     /// Radiance that it emits; on which side is for the renderer to say.
     pub emission: Radiance,

@@ -7,6 +7,7 @@ use super::Settings;
 use super::strings::Strings;
 use crate::attributes::{Attributes, Question};
 use crate::builtins::{self, FuncId, Lowering};
+use crate::diag::Diagnostic;
 use crate::interp;
 use crate::ir::{
     Arg, BinaryOp, Block, Const, Input, Inst, Local, LocalId, LocalKind, Rewriter, Shader, Source, Stmt, Ty, Value,
@@ -22,14 +23,14 @@ const MAX_CASES: usize = 64;
 const MAX_ELEMENTS: usize = 1024;
 
 /// Rewrites what it can; whether there was anything.
-pub(super) fn cases(shader: &mut Shader, settings: &Settings<'_>) -> bool {
+pub(super) fn cases(shader: &mut Shader, settings: &Settings<'_>) -> Result<bool, Vec<Diagnostic>> {
     if !shader.values.iter().any(|v| matches!(&v.inst, Inst::Call(f, _) if is_host(*f))) && !has_statements(shader) {
-        return false;
+        return Ok(false);
     }
     let strings = Strings::of(shader);
-    let mut cases = Cases { strings, shader, settings, changed: false };
+    let mut cases = Cases { strings, shader, settings, changed: false, errors: Vec::new() };
     cases.rewrite();
-    cases.changed
+    if cases.errors.is_empty() { Ok(cases.changed) } else { Err(cases.errors) }
 }
 
 fn is_host(func: FuncId) -> bool {
@@ -50,6 +51,7 @@ struct Cases<'a> {
     shader: &'a mut Shader,
     settings: &'a Settings<'a>,
     changed: bool,
+    errors: Vec<Diagnostic>,
 }
 
 /// An argument: the value that tells the case, and what it can be. A constant has one case and needs no telling.
@@ -182,8 +184,8 @@ impl Cases<'_> {
         span: Span,
         out: &mut Block,
     ) -> bool {
-        let known = self.settings.attributes.map_or(&[][..], |a| &a.varying);
-        if known.is_empty() || builtins::row(func).name != "attribute_get" {
+        let Some(known) = self.settings.attributes else { return false };
+        if known.varying.is_empty() && !known.open || builtins::row(func).name != "attribute_get" {
             return false;
         }
         let constants: Option<Vec<&Const>> =
@@ -197,7 +199,8 @@ impl Cases<'_> {
             [Base::Int, Base::Float, Base::Color, Base::Point, Base::Vector, Base::Normal, Base::Matrix, Base::String];
         let keyword = asked.split('[').next().unwrap_or_default();
         let Some(base) = bases.into_iter().find(|b| b.keyword() == keyword) else { return false };
-        if !object.is_empty() || !known.iter().any(|n| n == name) {
+        let unknown = known.open && !crate::attributes::is_own(name);
+        if !object.is_empty() || !unknown && !known.varying.contains(name) {
             return false;
         }
         let (ty, len) = (self.shader.locals[output.0 as usize].ty, self.shader.locals[output.0 as usize].len);
@@ -216,6 +219,22 @@ impl Cases<'_> {
         out.stmts.push(Stmt::If(has, then, Block::default()));
         out.stmts.push(Stmt::Store(result, has));
         true
+    }
+
+    /// Refuses a question that only the scene could answer where it is not known yet.
+    fn refuse_open(&mut self, func: FuncId, choices: &[Choice], span: Span) {
+        if !self.settings.attributes.is_some_and(|a| a.open) || builtins::row(func).name != "attribute_get" {
+            return;
+        }
+        let own = |c: &Const| matches!(c, Const::Str(name) if crate::attributes::is_own(name));
+        if choices.get(1).is_some_and(|(_, names)| names.iter().all(own)) {
+            return;
+        }
+        let what = "an attribute of a named object, or of a name that is chosen while the shader runs, where the scene is not known";
+        let d = Diagnostic::not_yet("E3003", span, what).help("ask without an object, by a constant name");
+        if !self.errors.contains(&d) {
+            self.errors.push(d);
+        }
     }
 
     /// The local of an input; the same question has the same one.
@@ -253,6 +272,7 @@ impl Cases<'_> {
             return Some(());
         }
         let chosen = choices.iter().any(|(by, _)| by.is_some());
+        self.refuse_open(func, &choices, span);
         let settings = self.settings;
         let mut results = Vec::new();
         let mut elements = 0;

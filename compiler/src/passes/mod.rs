@@ -27,8 +27,8 @@ pub use closures::closures;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
-pub(crate) use specialise::fitted;
 pub use specialise::specialise;
+pub(crate) use specialise::{fitted, length_of};
 pub use textures::{TextureUse, textures};
 pub use traces::{Traces, traces};
 
@@ -133,7 +133,7 @@ pub fn optimise_with(
     check(shader, "fold");
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
-    while rounds < MAX_ROUNDS && cases::cases(shader, settings) {
+    while rounds < MAX_ROUNDS && cases::cases(shader, settings)? {
         check(shader, "cases");
         fold(shader)?;
         check(shader, "fold");

@@ -32,7 +32,7 @@ const FACTS: [(&str, &str, Ty); 10] = [
 ];
 
 /// What a shader asks of traced rays.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Traces {
     /// Whether it traces rays at all.
     pub calls: bool,

@@ -45,6 +45,9 @@ pub enum Command {
     /// Look after the built programs that are kept for the next start.
     #[command(subcommand)]
     Cache(CacheCommand),
+    /// Build programs that another process asks for on standard input.
+    #[command(hide = true)]
+    BuildPrograms(BuildProgramsArgs),
     /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
     InstallTools(InstallToolsArgs),
 }
@@ -190,6 +193,17 @@ pub struct CacheArgs {
     pub no_cache: bool,
 }
 
+/// Arguments of `oslcl build-programs`.
+#[derive(Debug, Args)]
+pub struct BuildProgramsArgs {
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
+    /// Where they are put.
+    #[command(flatten)]
+    pub place: CacheDirArgs,
+}
+
 /// How exact the arithmetic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PrecisionArg {
@@ -247,7 +261,7 @@ pub struct ChoiceArgs {
     /// Where the settings start from: draft, standard or reference.
     #[arg(long, value_name = "PROFILE", default_value = "standard")]
     pub profile: String,
-    /// A setting of docs/accuracy.md, such as sampler=sobol; may be repeated.
+    /// A setting of docs/accuracy.md, such as sampler=independent; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
     /// How exact the arithmetic is; the same as --set precision=... [default: the profile's, standard].
@@ -311,12 +325,17 @@ pub struct RenderArgs {
 /// Arguments of `oslcl compile`.
 #[derive(Debug, Args)]
 pub struct CompileArgs {
-    /// OSL files.
+    /// OSL files; for a package also shipped materials by name. Or a package (NAME.oslpak, NAME.oslpak:SHADER) to take apart.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Folder for the files [default: next to each source].
-    #[arg(short, long, value_name = "DIR")]
+    /// Folder for the files [default: next to each source], or NAME.oslpak: a package of all shaders, which scenes take as they
+    /// take OSL files.
+    #[arg(short, long, value_name = "DIR or NAME.oslpak")]
     pub output: Option<PathBuf>,
+    /// Of a package: leave a parameter open, so that scenes can set it, of all shaders that have it or of one; `*` stands for all
+    /// that are no strings; may be repeated.
+    #[arg(long, value_name = "[SHADER:]NAME")]
+    pub interactive: Vec<String>,
     /// What to write; several with commas, or repeated.
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["opencl", "json"])]
     pub emit: Vec<EmitArg>,
@@ -326,7 +345,8 @@ pub struct CompileArgs {
     /// OpenCL device of binaries: its number in `oslcl devices` or a part of its name.
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<String>,
-    /// Bind a parameter (with one file): a number, numbers with commas, or text; may be repeated.
+    /// Bind a parameter (with one file, or in a package SHADER:NAME=VALUE): a number, numbers with commas, or text; may be
+    /// repeated.
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     pub param: Vec<String>,
     /// Includes and macros.
@@ -348,7 +368,7 @@ pub struct CheckArgs {
 /// Arguments of `oslcl info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// An OSL file, or the name of a shipped material.
+    /// An OSL file, the name of a shipped material, or a package (NAME.oslpak, NAME.oslpak:SHADER).
     pub shader: PathBuf,
     /// Print JSON for tools.
     #[arg(long)]
@@ -408,7 +428,7 @@ pub enum CompareWith {
 /// Arguments of `oslcl shade`.
 #[derive(Debug, Args)]
 pub struct ShadeArgs {
-    /// An OSL file, or the name of a shipped material.
+    /// An OSL file, the name of a shipped material, or a shader of a package (NAME.oslpak:SHADER).
     pub shader: PathBuf,
     /// Points of the grid across and down; u and v run from 0 to 1 (0.5 on a single point), P = (u, v, 1)
     /// [default: 1 1, with --compare 257 257].

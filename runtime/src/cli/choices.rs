@@ -13,7 +13,7 @@ pub fn of(args: &ChoiceArgs) -> Result<Choices, Error> {
     for text in &args.set {
         let option = format!("--set {text}");
         let Some((name, value)) = text.split_once('=') else {
-            return Err(usage(&option, "expected NAME=VALUE, such as --set sampler=sobol".to_owned()));
+            return Err(usage(&option, "expected NAME=VALUE, such as --set sampler=independent".to_owned()));
         };
         choices.set(name.trim(), value.trim()).map_err(|e| usage(&option, e.to_string()))?;
     }

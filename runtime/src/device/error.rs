@@ -25,10 +25,12 @@ pub enum Error {
         known: String,
     },
     /// The device has no 64-bit floats.
-    #[error("`{device}` has no 64-bit floats, which the reference precision needs")]
+    #[error("`{device}` has no 64-bit floats, which {needs} needs")]
     NoDouble {
         /// The device's name.
         device: String,
+        /// The setting that needs them, `NAME=VALUE`.
+        needs: &'static str,
     },
     /// A buffer could not be had.
     #[error(

@@ -4,6 +4,7 @@
 //! In: the effects that are on. Out: [`Layout`]. It must not know devices.
 
 use super::effects::Effect::{self, *};
+use crate::choices::PathState;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -13,11 +14,21 @@ struct Field {
     planes: u32,
     /// Any of these calls for it; none: always there.
     needs: &'static [Effect],
+    /// May be kept in 16 bits, where the user wants that: numbers whose range no scene's units or lights decide, and whose rounding
+    /// moves a path's weight by a part in 2,000, not its place. Directions, places, radiance and densities may not.
+    half: bool,
 }
 
 const fn field(name: &'static str, planes: u32, needs: &'static [Effect]) -> Field {
-    Field { name, planes, needs }
+    Field { name, planes, needs, half: false }
 }
+
+const fn short(name: &'static str, planes: u32, needs: &'static [Effect]) -> Field {
+    Field { name, planes, needs, half: true }
+}
+
+/// Bit of a plane's number: it is one of halves (kernels/context.h).
+const PLANE_HALF: u32 = 0x8000_0000;
 
 const DIRECT: &[Effect] = &[Lights, EnvironmentSampling];
 const FACETS: &[Effect] = &[LobeWard, LobeMicrofacet, LobeConductor, LobeDielectric, LobeGeneralizedSchlick];
@@ -44,7 +55,7 @@ const TINTED: &[Effect] = &[LobeConductor, LobeDielectric, LobeGeneralizedSchlic
 const REALS: &[Field] = &[
     field("ray_o", 3, &[]),
     field("ray_d", 3, &[]),
-    field("beta", 3, &[]),
+    short("beta", 3, &[]),
     field("radiance", 3, &[]),
     field("pdf", 1, DIRECT),
     field("hole", 1, &[Holdout]),
@@ -55,24 +66,24 @@ const REALS: &[Field] = &[
     field("offset", 3, &[Surfaces]),
     field("lobe_N", 3, &[Surfaces]),
     field("lobe_T", 3, DIRECTED),
-    field("lobe_ax", 1, ROUGH),
-    field("lobe_ay", 1, FACETS),
-    field("lobe_eta", 1, BENDING),
-    field("lobe_c0", 3, TINTED),
-    field("lobe_c1", 3, TINTED),
-    field("lobe_c2", 3, &[LobeGeneralizedSchlick, LobeChiangHair]),
-    field("lobe_c3", 3, &[LobeGeneralizedSchlick, LobeChiangHair]),
-    field("lobe_exponent", 1, &[LobeGeneralizedSchlick]),
-    field("lobe_c4", 3, &[LobeChiangHair]),
-    field("lobe_c5", 3, &[LobeChiangHair]),
-    field("lobe_film", 1, &[LobeThinFilm]),
-    field("lobe_film_ior", 1, &[LobeThinFilm]),
+    short("lobe_ax", 1, ROUGH),
+    short("lobe_ay", 1, FACETS),
+    short("lobe_eta", 1, BENDING),
+    short("lobe_c0", 3, TINTED),
+    short("lobe_c1", 3, TINTED),
+    short("lobe_c2", 3, &[LobeGeneralizedSchlick, LobeChiangHair]),
+    short("lobe_c3", 3, &[LobeGeneralizedSchlick, LobeChiangHair]),
+    short("lobe_exponent", 1, &[LobeGeneralizedSchlick]),
+    short("lobe_c4", 3, &[LobeChiangHair]),
+    short("lobe_c5", 3, &[LobeChiangHair]),
+    short("lobe_film", 1, &[LobeThinFilm]),
+    short("lobe_film_ior", 1, &[LobeThinFilm]),
     field("shadow_o", 3, DIRECT),
     field("shadow_d", 3, DIRECT),
     field("shadow_t", 1, DIRECT),
     field("shadow_L", 3, DIRECT),
     field("cone_width", 1, &[Derivatives]),
-    field("cone_spread", 1, &[Derivatives]),
+    short("cone_spread", 1, &[Derivatives]),
     field("light_u", 1, &[VaryingLights]),
     field("light_v", 1, &[VaryingLights]),
     field("rest", 1, &[SharedCubes]),
@@ -95,6 +106,7 @@ const UINTS: &[Field] = &[
 #[allow(missing_docs)] // The names are those of the kernels, which say what each holds.
 pub enum BufferId {
     Path,
+    PathHalf,
     PathUint,
     Queues,
     Counters,
@@ -131,6 +143,7 @@ type BufferRow = (BufferId, &'static str, &'static str, &'static [Effect]);
 
 const BUFFERS: &[BufferRow] = &[
     (BufferId::Path, "path", "__global real *", &[]),
+    (BufferId::PathHalf, "path_half", "__global half *", &[]),
     (BufferId::PathUint, "path_uint", "__global uint *", &[]),
     (BufferId::Queues, "queues", "__global uint *", &[]),
     (BufferId::Counters, "counters", "volatile __global uint *", &[]),
@@ -253,14 +266,16 @@ pub enum Counter {
     Samples,
     Dropped,
     Repaired,
+    Clamped,
 }
 
-const COUNTERS: [(Counter, &str, u32); 5] = [
+const COUNTERS: [(Counter, &str, u32); 6] = [
     (Counter::Rays, "rays", 2),
     (Counter::ShadowRays, "shadow_rays", 2),
     (Counter::Samples, "samples", 2),
     (Counter::Dropped, "dropped", 1),
     (Counter::Repaired, "repaired", 1),
+    (Counter::Clamped, "clamped", 1),
 ];
 
 /// Everything's place.
@@ -270,6 +285,7 @@ pub struct Layout {
     queues: Vec<&'static str>,
     materials: u32,
     shaded_lights: u32,
+    path_state: PathState,
 }
 
 /// Queues that are emptied between `trace` and `sample_next`.
@@ -277,7 +293,7 @@ const EARLY: [&str; 2] = ["trace", "gen"];
 
 impl Layout {
     /// `materials`: queues of materials. `shaded_lights`: queues of lights whose shader has to be asked.
-    pub(super) fn new(on: BTreeSet<Effect>, materials: u32, shaded_lights: u32) -> Layout {
+    pub(super) fn new(on: BTreeSet<Effect>, materials: u32, shaded_lights: u32, path_state: PathState) -> Layout {
         let mut queues = EARLY.to_vec();
         queues.push("done");
         if on.contains(&Surfaces) {
@@ -292,25 +308,41 @@ impl Layout {
         if on.contains(&EnvironmentSampling) {
             queues.push("environment_light");
         }
-        Layout { on, queues, materials, shaded_lights }
+        Layout { on, queues, materials, shaded_lights, path_state }
     }
 
     fn has(&self, needs: &[Effect]) -> bool {
         needs.is_empty() || needs.iter().any(|e| self.on.contains(e))
     }
 
-    fn planes(&self, fields: &[Field]) -> u32 {
-        fields.iter().filter(|f| self.has(f.needs)).map(|f| f.planes).sum()
+    fn is_half(&self, field: &Field) -> bool {
+        field.half && self.path_state == PathState::Half
+    }
+
+    fn planes(&self, fields: &[Field], half: bool) -> u32 {
+        fields.iter().filter(|f| self.has(f.needs) && self.is_half(f) == half).map(|f| f.planes).sum()
     }
 
     /// Planes of reals.
     pub fn real_planes(&self) -> u32 {
-        self.planes(REALS)
+        self.planes(REALS, false)
+    }
+
+    /// Planes of halves.
+    pub fn half_planes(&self) -> u32 {
+        self.planes(REALS, true)
     }
 
     /// Planes of unsigned ints.
     pub fn uint_planes(&self) -> u32 {
-        self.planes(UINTS)
+        self.planes(UINTS, false)
+    }
+
+    /// Bytes of the planes of a path.
+    fn bytes_of_planes(&self, real_bytes: u64) -> u64 {
+        u64::from(self.real_planes()) * real_bytes
+            + 2 * u64::from(self.half_planes())
+            + 4 * u64::from(self.uint_planes())
     }
 
     /// Number of queues.
@@ -341,7 +373,7 @@ impl Layout {
 
     /// Bytes that a path in flight takes: its state and its places in the queues.
     pub fn bytes_per_path(&self, real_bytes: u64) -> u64 {
-        u64::from(self.real_planes()) * real_bytes + 4 * u64::from(self.uint_planes() + self.queue_count())
+        self.bytes_of_planes(real_bytes) + 4 * u64::from(self.queue_count())
     }
 
     /// Bytes of path state that an effect alone adds.
@@ -349,8 +381,7 @@ impl Layout {
         let mut without = self.on.clone();
         without.remove(&effect);
         let other = Layout { on: without, ..self.clone() };
-        u64::from(self.real_planes() - other.real_planes()) * real_bytes
-            + 4 * u64::from(self.uint_planes() - other.uint_planes())
+        self.bytes_of_planes(real_bytes) - other.bytes_of_planes(real_bytes)
     }
 
     /// Names of the buffers that an effect alone adds.
@@ -368,7 +399,12 @@ impl Layout {
 
     /// The buffers that exist, in the order of the kernels' arguments.
     pub fn buffers(&self) -> impl Iterator<Item = (BufferId, &'static str)> {
-        BUFFERS.iter().filter(|(.., needs)| self.has(needs)).map(|(id, name, ..)| (*id, *name))
+        self.rows().map(|(id, name, ..)| (*id, *name))
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &'static BufferRow> {
+        let exists = |id: BufferId| id != BufferId::PathHalf || self.half_planes() > 0;
+        BUFFERS.iter().filter(move |(id, .., needs)| self.has(needs) && exists(*id))
     }
 
     /// The kernels' layout.h. `paths` is the number of slots.
@@ -377,11 +413,15 @@ impl Layout {
             String::from("// Written by the plan of this scene.\n#ifndef OSLCL_LAYOUT_H\n#define OSLCL_LAYOUT_H\n\n");
         let _ = writeln!(out, "#define PATHS {paths}u\n#define FILM_CHANNELS {}u", self.film_channels());
         for (prefix, fields) in [("PATH", REALS), ("PATHU", UINTS)] {
-            let mut plane = 0;
+            let (mut plane, mut half) = (0, PLANE_HALF);
             for f in fields.iter().filter(|f| self.has(f.needs)) {
-                let _ = writeln!(out, "#define {prefix}_{} {plane}u", f.name);
-                plane += f.planes;
+                let next = if self.is_half(f) { &mut half } else { &mut plane };
+                let _ = writeln!(out, "#define {prefix}_{} {next}u", f.name);
+                *next += f.planes;
             }
+        }
+        if self.half_planes() > 0 {
+            let _ = writeln!(out, "#define PLANE_HALF {PLANE_HALF}u");
         }
         for (i, name) in self.queues.iter().enumerate() {
             let _ = writeln!(out, "#define QUEUE_{name} {i}");
@@ -404,10 +444,9 @@ impl Layout {
     }
 
     fn arguments(&self, out: &mut String) {
-        let rows = || BUFFERS.iter().filter(|(.., needs)| self.has(needs));
-        let list = |f: &dyn Fn(&BufferRow) -> String| rows().map(f).collect::<Vec<_>>().join(", ");
+        let list = |f: &dyn Fn(&BufferRow) -> String| self.rows().map(f).collect::<Vec<_>>().join(", ");
         out.push_str("\ntypedef struct {\n");
-        for (_, name, ty, _) in rows() {
+        for (_, name, ty, _) in self.rows() {
             let _ = writeln!(out, "    {ty}{name};");
         }
         out.push_str("} Context;\n");
@@ -433,25 +472,32 @@ mod tests {
     fn header_and_host_agree_on_path_state() {
         let all: BTreeSet<Effect> = Effect::ALL.iter().copied().collect();
         for on in [BTreeSet::new(), BTreeSet::from([Surfaces, LobeDiffuse, Lights]), all] {
-            let layout = Layout::new(on, 3, 2);
-            let header = layout.header(64);
-            for (prefix, fields, total) in
-                [("PATH_", REALS, layout.real_planes()), ("PATHU_", UINTS, layout.uint_planes())]
-            {
-                let mut next = 0;
-                for (name, plane) in defined(&header, prefix) {
-                    let field = fields.iter().find(|f| f.name == name).expect("a field of the table");
-                    assert_eq!(plane, next, "{name}");
-                    next += field.planes;
+            for path_state in [PathState::Float, PathState::Half] {
+                let layout = Layout::new(on.clone(), 3, 2, path_state);
+                let header = layout.header(64);
+                for (prefix, fields, total) in
+                    [("PATH_", REALS, layout.real_planes()), ("PATHU_", UINTS, layout.uint_planes())]
+                {
+                    let (mut next, mut next_half) = (0, PLANE_HALF);
+                    for (name, plane) in defined(&header, prefix) {
+                        let field = fields.iter().find(|f| f.name == name).expect("a field of the table");
+                        let next = if plane >= PLANE_HALF { &mut next_half } else { &mut next };
+                        assert_eq!(plane, *next, "{name}");
+                        *next += field.planes;
+                    }
+                    let halves = if prefix == "PATH_" { layout.half_planes() } else { 0 };
+                    assert_eq!((next, next_half - PLANE_HALF), (total, halves));
                 }
-                assert_eq!(next, total);
+                let halves = path_state == PathState::Half;
+                assert_eq!(header.contains("half *path_half"), halves);
+                assert_eq!(header.contains("PLANE_HALF"), halves);
             }
         }
     }
 
     #[test]
     fn header_and_host_agree_on_settings_constants_and_counters() {
-        let layout = Layout::new(BTreeSet::from([Surfaces]), 1, 0);
+        let layout = Layout::new(BTreeSet::from([Surfaces]), 1, 0, PathState::Float);
         let header = layout.header(64);
         assert_eq!(defined(&header, "SETTING_").len(), Setting::ALL.len());
         for (name, at) in defined(&header, "CONSTANT_") {
@@ -467,10 +513,12 @@ mod tests {
 
     #[test]
     fn an_effect_that_is_off_adds_no_bytes() {
-        let plain = Layout::new(BTreeSet::from([Surfaces, LobeDiffuse]), 1, 0);
-        let lit = Layout::new(BTreeSet::from([Surfaces, LobeDiffuse, Lights]), 1, 0);
+        let plain = Layout::new(BTreeSet::from([Surfaces, LobeDiffuse]), 1, 0, PathState::Float);
+        let lit = Layout::new(BTreeSet::from([Surfaces, LobeDiffuse, Lights]), 1, 0, PathState::Float);
         assert!(lit.bytes_per_path(4) > plain.bytes_per_path(4));
         assert_eq!(plain.bytes_of(Lights, 4), 0);
+        let halves = Layout { path_state: PathState::Half, ..lit.clone() };
+        assert_eq!(lit.bytes_per_path(4) - halves.bytes_per_path(4), 2 * u64::from(halves.half_planes()));
         assert_eq!(lit.bytes_of(Lights, 4), u64::from(lit.real_planes() - plain.real_planes()) * 4);
     }
 }

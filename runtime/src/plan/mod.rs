@@ -58,7 +58,7 @@ impl Plan {
         let varies = |m: &MaterialId| asks && sampled(scene, materials, *m) == Radiance::Varying;
         let varying: Vec<MaterialId> = surface_materials.iter().copied().filter(varies).collect();
         let has_lights = on.contains(&Effect::Lights);
-        let layout = Layout::new(on, surface_materials.len() as u32, varying.len() as u32);
+        let layout = Layout::new(on, surface_materials.len() as u32, varying.len() as u32, choices.path_state);
         let uses = (0..materials.len() as u32)
             .map(MaterialId)
             .map(|m| MaterialUse {

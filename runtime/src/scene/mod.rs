@@ -182,8 +182,10 @@ pub struct Material {
     pub name: String,
     /// The OSL file, for messages and relative includes.
     pub path: PathBuf,
-    /// OSL source text.
+    /// OSL source text; empty of a shader in a package.
     pub source: String,
+    /// `path` is a package of compiled shaders; which of them.
+    pub package: Option<FromPackage>,
     /// Parameter values by name.
     pub params: Vec<(String, ParamValue)>,
     /// The material whose displacement shader moves the vertices of what has this one.
@@ -197,6 +199,24 @@ pub struct Material {
     pub interactive: Vec<String>,
     /// What `getattribute` finds on what has the material.
     pub attributes: Attributes,
+}
+
+/// A compiled shader in a package, and where the scene names it.
+#[derive(Clone, Debug)]
+pub struct FromPackage {
+    /// Its name; `None`: the only one.
+    pub shader: Option<String>,
+    /// Where it is named.
+    pub at: Location,
+    /// Where parameters get their values.
+    pub params_at: Vec<(String, Location)>,
+}
+
+impl FromPackage {
+    /// Where a parameter gets its value.
+    pub fn param_at(&self, name: &str) -> &Location {
+        self.params_at.iter().rev().find(|(n, _)| n == name).map_or(&self.at, |(_, at)| at)
+    }
 }
 
 /// A parameter value; how it fits the declared type is for the compiler to check.

@@ -11,6 +11,7 @@ pub mod pictures;
 pub mod rays;
 pub mod report;
 
+use oslcl_runtime::choices::{Choices, Intersection, Sampler};
 use oslcl_runtime::device::{self, Device};
 use oslcl_runtime::precision::Precision;
 
@@ -22,11 +23,24 @@ pub struct Run<'a> {
     pub number: Option<&'a str>,
     /// In which arithmetic.
     pub precision: Precision,
+    /// By which test against triangles.
+    pub intersection: Intersection,
     /// Whether all is asked for, or a fast part.
     pub full: bool,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// The same with another test against triangles.
+    pub fn with(&self, intersection: Intersection) -> Run<'a> {
+        Run { intersection, ..*self }
+    }
+
+    /// What the kernels are told; the cases draw their rays one by one.
+    pub fn choices(&self) -> Choices {
+        let (precision, intersection, sampler) = (self.precision, self.intersection, Sampler::Independent);
+        Choices { precision, intersection, sampler, ..Choices::default() }.settled()
+    }
+
     /// The larger number when all is asked for.
     pub fn count(&self, fast: usize, full: usize) -> usize {
         if self.full { full } else { fast }
@@ -65,7 +79,8 @@ pub fn each(group: &'static str, mut case: impl FnMut(&Run<'_>, &mut Ledger)) {
             }
             ledger.device = device.info.name.clone();
             ledger.precision = precision;
-            case(&Run { device: &device, number, precision, full }, &mut ledger);
+            let intersection = Intersection::default();
+            case(&Run { device: &device, number, precision, intersection, full }, &mut ledger);
         }
     }
     report::write(&ledger.rows).expect("the report is written");

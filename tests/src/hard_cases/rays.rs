@@ -78,10 +78,11 @@ impl<'a> Target<'a> {
         middle: DVec3,
         instanced: bool,
     ) -> Result<Target<'a>, Box<dyn std::error::Error>> {
-        let (plan, _) = render::plan(scene, &run.precision.into())?;
+        let (plan, _) = render::plan(scene, &run.choices())?;
         let uses = vec![MaterialUse { emission: Emission::None, queue: 0 }; scene.materials.len()];
-        let g = accel::build(scene, &uses, &run.precision.into())?;
+        let g = accel::build(scene, &uses, &run.choices())?;
         let mut text = "#define HAS_SURFACES\n#define HAS_TANGENTS\n".to_owned();
+        run.choices().macros().iter().for_each(|name| text.push_str(&format!("#define {name}\n")));
         if instanced {
             text.push_str("#define HAS_INSTANCES\n");
         }
