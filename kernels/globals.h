@@ -55,6 +55,9 @@ typedef struct {
 #ifdef HAS_INTERACTIVE
     __global const real *interactive;
 #endif
+#ifdef HAS_POINT_CLOUDS
+    __global const uint *clouds;   // all point clouds (osl/points.h)
+#endif
 #ifdef HAS_TEXTURES
     __global const uint *textures; // all texture files (osl/texture_data.h)
 #endif

@@ -26,6 +26,9 @@ static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
 #elif defined(HAS_TEXTURES)
     sg->textures = c->textures;
 #endif
+#ifdef HAS_POINT_CLOUDS
+    sg->clouds = c->clouds;
+#endif
     sg->point = 0;
 #ifdef HAS_MESSAGES
 #ifdef MATERIAL_NUMBER

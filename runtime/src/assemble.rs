@@ -78,6 +78,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/noise_words.h",
     "osl/ops.h",
     "osl/pattern.h",
+    "osl/points.h",
     "osl/records.h",
     "osl/spline.h",
     "osl/spline_slope.h",

@@ -18,6 +18,7 @@ pub mod materials;
 pub mod measure;
 pub mod package;
 pub mod plan;
+pub mod points;
 mod preamble;
 pub mod precision;
 pub mod programs;

@@ -18,7 +18,7 @@ use crate::told::{self, Heard};
 use crate::traced::{self, Traced};
 use crate::vertex_data::{self, Table};
 use crate::wavefront::{Counts, Spread, Supplied, Wavefront};
-use crate::{attributes, device, displace, roads, textures};
+use crate::{attributes, device, displace, points, roads, textures};
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
@@ -48,6 +48,7 @@ pub struct Session<'a> {
     textures: textures::Packed,
     userdata: Table,
     traced: Traced,
+    clouds: points::Packed,
     /// By material.
     values: Vec<Supplies>,
     spread: Spread,
@@ -108,11 +109,17 @@ impl<'a> Session<'a> {
             true => textures::pack(&compiled.textures, compiled.texture_files())?,
             false => textures::Packed::default(),
         };
+        let clouds = points::pack(compiled.textures.points(), compiled.cloud_names())?;
         let traced = traced::build(&scene, &compiled.artifacts);
         let values = compiled.values.clone();
         let interactive = interactive_numbers(&compiled, &values);
-        let supplied =
-            Supplied { textures: &textures, userdata: &userdata, interactive: &interactive, traced: &traced };
+        let supplied = Supplied {
+            textures: &textures,
+            userdata: &userdata,
+            interactive: &interactive,
+            traced: &traced,
+            clouds: &clouds,
+        };
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
         let start = Instant::now();
         let modules = roads::modules(&compiled.artifacts, options.choices.precision);
@@ -130,6 +137,7 @@ impl<'a> Session<'a> {
             textures,
             userdata,
             traced,
+            clouds,
             values,
             spread,
             seed,
@@ -200,6 +208,7 @@ impl<'a> Session<'a> {
         }
         let words = self.textures.words.iter().chain(&self.userdata.places);
         let words = words.chain(&self.traced.sets).chain(&self.traced.names);
+        let words = words.chain(&self.clouds.words);
         words.for_each(|w| _ = hasher.update(&w.to_le_bytes()));
         self.userdata.values.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
         Ok(hasher.finalize())
@@ -215,6 +224,7 @@ impl<'a> Session<'a> {
             userdata: &self.userdata,
             interactive: &interactive,
             traced: &self.traced,
+            clouds: &self.clouds,
         };
         let mut wavefront =
             Wavefront::new(device, plan, &self.kernels, scene, &mut self.geometry, &supplied, self.spread)?;
@@ -254,6 +264,7 @@ impl<'a> Session<'a> {
         if !words.is_empty() {
             strings.extend(attributes::strings(scene));
             strings.extend(traced::names(scene));
+            strings.extend(self.clouds.strings.iter().cloned());
             strings.extend(self.values.iter().flat_map(Supplies::strings));
         }
         let mut messages = told::collect(&words, 4 * lost, scene, &self.compiled, &strings)?;

@@ -8,6 +8,7 @@
 use crate::accel::{AliasTable, Geometry, row_major};
 use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
 use crate::plan::{BufferId, Constant, Counter, Effect, Plan, Setting, Stage};
+use crate::points;
 use crate::precision::Precision;
 use crate::programs::Kernels;
 use crate::scene::{Filter, MaterialId, Scene};
@@ -53,6 +54,8 @@ pub struct Supplied<'a> {
     pub(crate) interactive: &'a [(f64, bool)],
     /// What rays that shaders trace know of objects.
     pub(crate) traced: &'a Traced,
+    /// The point clouds.
+    pub clouds: &'a points::Packed,
 }
 
 /// How a scene is spread over a device.
@@ -204,6 +207,7 @@ impl<'a> Wavefront<'a> {
             BufferId::Interactive => device.upload(name, &numbers::<f32>(s.interactive)),
             BufferId::TraceSets => device.upload(name, &s.traced.sets),
             BufferId::TraceNames => device.upload(name, &s.traced.names),
+            BufferId::PointClouds => device.upload(name, &s.clouds.words),
             BufferId::Messages => {
                 let mut messages = empty()?;
                 device.write(&mut messages, &[0, MESSAGE_WORDS])?;
@@ -489,6 +493,7 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
         BufferId::Interactive => reals(s.interactive.len() as u64),
         BufferId::TraceSets => words(s.traced.sets.len()),
         BufferId::TraceNames => words(s.traced.names.len()),
+        BufferId::PointClouds => words(s.clouds.words.len()),
     }
 }
 

@@ -217,6 +217,15 @@ fn needs(effect: Effect) -> Scene {
             "surface d() {{ string n; trace({TRACED}); Ci = getmessage(\"trace\", \"geom:name\", n) && n == \"lamp\"
                 ? diffuse(N) : 0; }}"
         )),
+        PointClouds => {
+            let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("effects");
+            std::fs::create_dir_all(&folder).expect("a folder for clouds");
+            let text = "ATTRIBUTES\nposition\nTYPES\nV\nNUMBER_OF_PARTICLES: 1\nBEGIN DATA\n0 0 0\n";
+            std::fs::write(folder.join("one.pda"), text).expect("a cloud is written");
+            let mut scene = lit("surface d() { Ci = pointcloud_search(\"one.pda\", P, 0.5, 1) * diffuse(N); }");
+            scene.textures = vec![folder];
+            scene
+        }
         Textures => textured(""),
         TextureCubic => textured(", \"interp\", \"cubic\""),
         TextureClosest => textured(", \"interp\", \"closest\""),
@@ -315,6 +324,7 @@ fn symbols(effect: Effect) -> (&'static [&'static str], &'static [&'static str],
         Traces => (&["scene_follow("], &[], &[]),
         TraceSets => (&["scene_set("], &["trace_sets"], &[]),
         TraceNames => (&["trace_names"], &["trace_names"], &[]),
+        PointClouds => (&["cloud_nearest("], &["clouds"], &[]),
         Textures => (&["texture_node("], &["textures"], &[]),
         Holdout => (&["PATH_hole"], &[], &[]),
         LobeThinFilm => (&["PATH_lobe_film"], &[], &[]),
@@ -464,6 +474,7 @@ fn forced_changes_nothing(effects: impl Iterator<Item = Effect>) {
             Effect::Traces,
             Effect::TraceSets,
             Effect::TraceNames,
+            Effect::PointClouds,
         ];
         if !is_defined(&forced.text, effect) && !inputs.contains(&effect) {
             wrong.push(format!("{}: forced, but its macro is missing", effect.name()));

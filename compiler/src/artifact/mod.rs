@@ -56,6 +56,9 @@ pub struct Artifact {
     pub noise: Vec<String>,
     /// Texture files that it can look up, by name.
     pub textures: Vec<TextureUse>,
+    /// Point clouds that it can look into, by name. When there are any, the code needs what kernels/osl/points.h says.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub point_clouds: Vec<String>,
     /// What it asks of rays that it traces itself. When there are any, the code needs what kernels/osl/trace.h says.
     #[serde(default, skip_serializing_if = "Traces::is_empty")]
     pub traces: Traces,
@@ -99,6 +102,7 @@ impl Artifact {
             noise: effects.noise,
             // Names that are not known were refused by the passes.
             textures: passes::textures(shader).unwrap_or_default(),
+            point_clouds: passes::clouds(shader).unwrap_or_default(),
             traces: passes::traces(shader).unwrap_or_default(),
             emission: effects.emission,
             background: effects.background,

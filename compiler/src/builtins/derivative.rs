@@ -42,6 +42,8 @@ const ZERO: &[&str] = &[
     "unknown_name",
     "surfacearea",
     "trace_nearest",
+    "cloud_search",
+    "cloud_get",
     "splineinverse_constant",
     "environment_lookup",
     "texture_ds",

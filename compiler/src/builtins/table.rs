@@ -253,6 +253,22 @@ pub static TABLE: &[Row] = &[
     row("pointcloud_search", &["int(string,point,float,int,...)"], Special),
     row("pointcloud_get", &["int(string,int[],int,string,...)"], Special),
     row("pointcloud_write", &["int(string,point,...)"], Special),
+    // File, place, radius, most: how many points; in arrays their indices and distances, the nearest first.
+    row("cloud_count", &["int(string,point,float,int)"], InternalState),
+    row("cloud_search", &["int(string,point,float,int,out int[],out float[])"], InternalState),
+    // File, indices, how many, attribute: whether it is there in this type.
+    row(
+        "cloud_get",
+        &[
+            "int(string,int[],int,string,out int[])",
+            "int(string,int[],int,string,out float[])",
+            "int(string,int[],int,string,out vector[])",
+            "int(string,int[],int,string,out string[])",
+        ],
+        InternalState,
+    ),
+    // By the file's name. Nobody does it yet.
+    row("cloud_write", &["int(string)"], InternalHost),
     // Renderer state.
     row("getattribute", &["int(string,...)"], Special),
     // Object, name, index (-1: none), type, shader's name, layer's, group's. The pass `cases` answers it.

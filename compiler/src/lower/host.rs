@@ -248,12 +248,4 @@ impl Lower<'_> {
         self.call_row("trace_call", list, Vec::new(), Some(result), span);
         self.value(Inst::Load(result), Ty::Int, span)
     }
-
-    /// `pointcloud_*`: there are no point clouds, so that nothing is found, as in the reference when it is built without them.
-    pub(super) fn pointcloud(&mut self, args: &[Expr], span: Span) -> ValueId {
-        for arg in args.iter().filter(|a| is_single(a.ty)) {
-            self.effect(arg);
-        }
-        self.int(0, span)
-    }
 }

@@ -29,7 +29,7 @@ pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
 pub(crate) use specialise::{fitted, length_of};
-pub use textures::{TextureUse, textures};
+pub use textures::{TextureUse, clouds, textures};
 pub use traces::{Traces, traces};
 
 use crate::attributes::Attributes;
@@ -164,6 +164,9 @@ pub fn optimise_with(
     }
     textures::textures(shader)?;
     traces::traces(shader)?;
+    if settings.target == Target::Device {
+        textures::clouds(shader)?;
+    }
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     said.extend(warnings);
     Ok(said)

@@ -36,6 +36,7 @@ pub(super) fn refuse_calls(shader: &mut Shader, settings: &Settings<'_>) -> Resu
             if is_missing(func) {
                 let effect = match name {
                     "random" | "transformu" => "gives 0",
+                    "pointcloud_write" => "writes nothing and gives 0",
                     _ => "does nothing",
                 };
                 add(&mut warnings, Diagnostic::warning("W3003", span, format!("`{name}` {effect}")));
@@ -106,13 +107,15 @@ fn public_name(name: &str) -> &str {
         "message_set" => "setmessage",
         "dict_get" => "dict_value",
         "trace_call" => "trace",
+        "cloud_write" => "pointcloud_write",
         "hash_string" => "hash",
         name => name,
     }
 }
 
 fn is_missing(func: builtins::FuncId) -> bool {
-    builtins::row(func).lowering == Lowering::NotYet
+    let row = builtins::row(func);
+    row.lowering == Lowering::NotYet || row.name == "cloud_write"
 }
 
 fn is_host(func: builtins::FuncId) -> bool {

@@ -97,7 +97,7 @@ fn of_package(args: &ShadeArgs, wanted: Vec<(String, PathBuf)>, shader: &Shader)
             known.join(", ")
         )));
     }
-    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
     if let Some(with) = args.compare {
         let host = || {
             Err(Error::Usage("--compare host runs a source, which a package does not have: --compare f64".to_owned()))

@@ -71,6 +71,7 @@ effects! {
     Traces: "traces", "rays that shaders trace themselves";
     TraceSets: "trace_sets", "sets of objects that such rays are for";
     TraceNames: "trace_names", "names of the objects that such rays meet";
+    PointClouds: "point_clouds", "point clouds that shaders look into";
     Textures: "textures", "texture files";
     TextureCubic: "texture_cubic", "cubic interpolation between texels";
     TextureClosest: "texture_closest", "the closest texel alone";
@@ -112,7 +113,7 @@ impl Effect {
             TextureCubic | TextureClosest => &[Textures],
             TraceSets | TraceNames => &[Traces],
             Surfaces | ThinLens | TentFilter | MiddleFilter | Environment | Derivatives | CameraSpace | OtherSpaces
-            | Interactive | Messages | Textures | DoublePrecision => &[],
+            | Interactive | Messages | PointClouds | Textures | DoublePrecision => &[],
             _ => &[Surfaces],
         }
     }
@@ -148,6 +149,7 @@ impl Effect {
             Traces => "trace() finds nothing",
             TraceSets => "trace() meets all objects, whatever its set",
             TraceNames => "what trace() meets has no name",
+            PointClouds => "point clouds are empty",
             Textures => "texture lookups find no file",
             TextureCubic => "textures are interpolated linearly",
             TextureClosest => "textures are interpolated linearly",
@@ -358,6 +360,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         textures(artifact, &who, ask);
         inputs(artifact, &who, ask);
         traces(scene, artifact, &who, ask);
+        clouds(artifact, &who, ask);
         for global in &artifact.globals {
             match *global {
                 "dPdu" | "dPdv" => {
@@ -421,6 +424,13 @@ fn coordinates(scene: &Scene, ask: &mut dyn FnMut(Effect, Asker)) {
     }
 }
 
+/// Point clouds.
+fn clouds(artifact: &Artifact, who: &Asker, ask: &mut dyn FnMut(Effect, Asker)) {
+    for name in &artifact.point_clouds {
+        ask(PointClouds, who.because(format!("\"{name}\"")));
+    }
+}
+
 /// What the renderer supplies beside the globals.
 fn inputs(artifact: &Artifact, who: &Asker, ask: &mut dyn FnMut(Effect, Asker)) {
     for slot in &artifact.inputs.userdata {
@@ -460,6 +470,7 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             textures(code, &who, ask);
             inputs(code, &who, ask);
             traces(scene, code, &who, ask);
+            clouds(code, &who, ask);
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());
             // What depends on how rays came there can't be tabulated by direction alone.

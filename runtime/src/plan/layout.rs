@@ -136,6 +136,7 @@ pub enum BufferId {
     Interactive,
     TraceSets,
     TraceNames,
+    PointClouds,
 }
 
 /// Id, name in the kernels, C type, and which effects call for it (none: always).
@@ -173,6 +174,7 @@ const BUFFERS: &[BufferRow] = &[
     (BufferId::Interactive, "interactive", "__global const real *", &[Interactive]),
     (BufferId::TraceSets, "trace_sets", "__global const uint *", &[TraceSets]),
     (BufferId::TraceNames, "trace_names", "__global const uint *", &[TraceNames]),
+    (BufferId::PointClouds, "clouds", "__global const uint *", &[PointClouds]),
 ];
 
 /// A setting: an unsigned int that kernels read.

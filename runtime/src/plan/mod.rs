@@ -133,6 +133,7 @@ impl Plan {
             Effect::Traces,
             Effect::TraceSets,
             Effect::TraceNames,
+            Effect::PointClouds,
         ];
         let on = self.decisions.iter().filter(|d| d.is_on() && !own.contains(&d.effect));
         let mut out: Vec<String> = on.map(|d| d.effect.macro_name()).collect();

@@ -122,6 +122,9 @@ fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
         if traces.iter().any(|e| e.macro_name() == own && !on(e)) {
             continue;
         }
+        if own == Effect::PointClouds.macro_name() && !plan.has(Effect::PointClouds) {
+            continue;
+        }
         let removed = Effect::ALL.iter().find(|e| e.macro_name() == own && plan.is_removed(**e));
         match removed {
             Some(Effect::TextureCubic | Effect::TextureClosest) => continue,
