@@ -236,7 +236,9 @@ fn files_that_are_none_are_refused() {
     let place = "scene.toml:13:10: material `m`: the package `cut.oslpak` is cut off";
     at.refuses(&ball("shader = \"cut.oslpak:plastic\""), &[], &[place]);
     at.refuses(&ball("shader = \"nowhere.oslpak\""), &[], &["scene.toml:13:10", "cannot read", "nowhere.oslpak"]);
-    for verb in ["info", "shade", "compile"] {
+    at.oslcl(&["check", "good.oslpak", "good.oslpak:glass"]).succeeds();
+    at.oslcl(&["check", "good.oslpak:wood"]).fails(1, &["no shader `wood`"]);
+    for verb in ["info", "shade", "compile", "check"] {
         at.oslcl(&[verb, "cut.oslpak:plastic"]).fails(1, &["`cut.oslpak` is cut off"]);
     }
 }
@@ -358,6 +360,9 @@ fn open_parameters_are_the_scenes() {
     let info = at.oslcl(&["info", "all.oslpak"]).succeeds().out;
     assert_eq!(info.matches("(interactive)").count(), 4, "{info}");
     at.render(&ball("shader = \"all.oslpak\"\nparams = { n = 3, half_of = 2 }"), &[]);
+    // Names of texture files have to be known.
+    at.oslcl(&["compile", "-o", "x.oslpak", "textured", "--interactive", "file"])
+        .fails(1, &["E3003", "a texture's file name", "these parameters are left open: file"]);
     let wrong = |args: &[&str], parts: &[&str]| {
         at.oslcl(&[&["compile", "-o", "x.oslpak", "gain.osl", "declared.osl"], args].concat()).fails(2, parts);
         assert!(!at.0.join("x.oslpak").exists());
@@ -532,6 +537,12 @@ fn displacement_comes_from_packages() {
     let (open, _) = at.render(&scene("open.oslpak:bumps", height), &[]);
     let (default, _) = at.render(&scene("open.oslpak:bumps", ""), &[]);
     assert!(open != default, "the height changes nothing");
+    // Of no kind: light is scattered and vertices are moved by it.
+    at.write("any.osl", "shader any() { P += 0.1 * sin(20 * P[2]) * N; }");
+    at.pack("any.oslpak", &["any.osl"]);
+    let (plain, _) = at.render(&scene("any.osl", ""), &[]);
+    let (packed, _) = at.render(&scene("any.oslpak", ""), &[]);
+    assert!(plain == packed, "the pictures differ");
     // Each for what it is.
     at.refuses(&scene("open.oslpak:plastic", ""), &[], &["`plastic` is a surface shader", "displacement"]);
     at.refuses(&ball("shader = \"baked.oslpak\""), &[], &["`bumps` is a displacement shader", "surface"]);

@@ -1,8 +1,8 @@
-//! `oslcl check`: errors and warnings of OSL files; writes nothing.
+//! `oslcl check`: errors and warnings of OSL files, and whether packages are whole; writes nothing.
 
 use super::args::CheckArgs;
 use super::sources::{self, Folders};
-use super::{Error, report, terminal};
+use super::{Error, package, report, terminal};
 use std::path::Path;
 
 /// Checks each file; fails when one has errors.
@@ -22,6 +22,9 @@ pub fn run(args: &CheckArgs) -> Result<(), Error> {
 }
 
 fn check(path: &Path, args: &CheckArgs) -> Result<(), Error> {
+    if let Some((file, name)) = package::named(path) {
+        return package::check(&file, name.as_deref());
+    }
     let source = sources::read(path)?;
     let options = sources::options(&source, &args.source)?;
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;

@@ -272,6 +272,14 @@ pub(super) fn unpack(args: &CompileArgs, file: &Path, name: Option<&str>) -> Res
     terminal::print(&format!("{}: {}\n", file.display(), written.join(" ")))
 }
 
+/// Whether a package can be read, with all of its shaders or one.
+pub(super) fn check(file: &Path, name: Option<&str>) -> Result<(), Error> {
+    let package = Package::read(file)?;
+    let names: Vec<&str> = name.map_or_else(|| package.names().collect(), |n| vec![n]);
+    names.into_iter().try_for_each(|name| package.shader(Some(name)).map(|_| ()))?;
+    Ok(())
+}
+
 /// Prints what is in a package, or one of its shaders.
 pub(super) fn show(args: &InfoArgs, file: &Path, name: Option<&str>) -> Result<(), Error> {
     let package = Package::read(file)?;

@@ -182,6 +182,14 @@ pub enum Error {
         /// Why.
         cause: String,
     },
+    /// A shader of any kind can't move vertices.
+    #[error("shader `{shader}` has no code that moves vertices: {cause}")]
+    NoMover {
+        /// The shader.
+        shader: String,
+        /// Why.
+        cause: String,
+    },
     /// The shader is not for what it is asked to do.
     #[error("shader `{shader}` has no code for points without a scene: {cause}")]
     NoPoints {

@@ -13,8 +13,8 @@ use oslcl_compiler::diag::Diagnostic;
 use oslcl_compiler::reflect::{Param, ShaderInfo};
 use oslcl_compiler::types::{Base, Extent, Type};
 use oslcl_compiler::{
-    Binding, Bound, Entry, Failure, Group, Hints, Includes, Master, Options, Output, SourceMap, TextureAccess,
-    Userdata, suggest,
+    Artifact, Binding, Bound, Entry, Failure, Group, Hints, Includes, Master, Options, Output, SourceMap,
+    TextureAccess, Userdata, suggest,
 };
 use std::sync::Arc;
 
@@ -178,11 +178,11 @@ impl Front {
         let (output, no_spirv) = with_spirv(&self.scene, main_options)?;
         let main = Form { artifact: output.artifact, no_spirv };
         // What can be both may still be no use as the other one.
-        let mover = match info.kind.as_str() {
+        let (mover, no_mover) = match info.kind.as_str() {
             "shader" => {
-                with_spirv(&self.scene, Options { entry: moves, before_geometry: true, ..options.clone() }).ok()
+                tried(with_spirv(&self.scene, Options { entry: moves, before_geometry: true, ..options.clone() }))
             }
-            _ => None,
+            _ => (None, None),
         };
         let at_points = Options {
             entry: Entry::Grid(shade::default_outputs(info)),
@@ -191,18 +191,16 @@ impl Front {
             attributes: Attributes { open: true, exact: true, ..Attributes::default() },
             ..options
         };
-        let (points, no_points) = match with_spirv(&self.points, at_points) {
-            Ok(made) => (Some(form(made)), None),
-            Err(failure) => (None, Some(first_error(&failure))),
-        };
+        let (points, no_points) = tried(with_spirv(&self.points, at_points));
         let shader = Shader {
             name: settings.name.clone().unwrap_or_else(|| self.name.clone()),
             source: self.options.file_name.clone(),
+            params: layers.iter().flat_map(|layer| parameters(layer, settings, &main.artifact)).collect(),
             main,
-            mover: mover.map(form),
+            mover,
+            no_mover,
             points,
             no_points,
-            params: layers.iter().flat_map(|layer| parameters(layer, settings)).collect(),
             layers: layers.iter().map(|l| l.name.to_owned()).filter(|name| !name.is_empty()).collect(),
             coordinates,
             facts: recorder.facts(),
@@ -254,20 +252,20 @@ impl Front {
 }
 
 /// What there is to say of a layer's parameters.
-fn parameters(layer: &Layer<'_>, settings: &Settings) -> Vec<Parameter> {
+fn parameters(layer: &Layer<'_>, settings: &Settings, artifact: &Artifact) -> Vec<Parameter> {
     let mut out = Vec::new();
     let own = layer.given.iter().map(|b| (layer.full(&b.name), &b.value));
     let given: Vec<(String, &Binding)> = own.chain(settings.bound.iter().map(|(name, v)| (name.clone(), v))).collect();
     for param in &layer.info.params {
         let name = layer.full(&param.name);
         let value = given.iter().rev().find(|(n, _)| *n == name).map(|(_, value)| (*value).clone());
-        let open = settings.kept.contains(&name) || param.is_interactive() || layer.hints(param).interactive;
         out.push(Parameter {
             ty: Some(param.resolved),
             words: param.ty.clone(),
             given: value.is_some(),
             value: value.or_else(|| param.default.as_ref().map(as_binding)),
-            open: open && !param.output,
+            // What the artifact reads is what is open, whoever said so.
+            open: artifact.inputs.interactive.iter().any(|slot| slot.name == name),
             name: name.clone(),
         });
         for (field, value) in &given {
@@ -285,8 +283,12 @@ fn at_points(options: &Options) -> Options {
     Options { spaces: grid::SPACES.map(str::to_owned).into(), ..options.clone() }
 }
 
-fn form((output, no_spirv): (Output, Option<String>)) -> Form {
-    Form { artifact: output.artifact, no_spirv }
+/// The form, or why there is none.
+fn tried(made: Result<(Output, Option<String>), Failure>) -> (Option<Form>, Option<String>) {
+    match made {
+        Ok((output, no_spirv)) => (Some(Form { artifact: output.artifact, no_spirv }), None),
+        Err(failure) => (None, Some(first_error(&failure))),
+    }
 }
 
 /// The artifact with SPIR-V, or without, and why.

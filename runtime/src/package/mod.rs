@@ -45,6 +45,8 @@ pub struct Shader {
     /// What moves vertices, of a shader that is declared as any kind.
     #[serde(with = "stored::optional")]
     pub mover: Option<Form>,
+    /// Why there is no `mover` of such a shader.
+    pub no_mover: Option<String>,
     /// For points without a scene: stores what `oslcl shade` shows of the shader.
     #[serde(with = "stored::optional")]
     pub points: Option<Form>,

@@ -54,7 +54,13 @@ pub(crate) fn take(shader: &Shader, from: &FromPackage, wanted: &Wanted<'_>) -> 
         }
     }
     // Where a shader moves nothing, the one that it has says what it is instead.
-    let form = if wanted.moves { shader.mover().unwrap_or(&shader.main) } else { &shader.main };
+    let form = match (wanted.moves, &shader.no_mover) {
+        (false, _) => &shader.main,
+        (true, None) => shader.mover().unwrap_or(&shader.main),
+        (true, Some(cause)) => {
+            return Err(here(Error::NoMover { shader: shader.name.clone(), cause: cause.clone() }));
+        }
+    };
     environment(shader, form, wanted).map_err(here)?;
     Ok((on_road(shader, form, wanted.road).map_err(here)?, supplies))
 }
