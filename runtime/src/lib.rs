@@ -28,6 +28,7 @@ pub mod scene;
 pub mod session;
 pub mod shade;
 pub mod shader_file;
+pub mod shader_group;
 pub mod study;
 mod supplies;
 pub mod target;

@@ -7,11 +7,9 @@ use crate::roads::Road;
 use crate::scene::{FromPackage, Location, Material, ParamValue, Scene};
 use crate::supplies::Supplies;
 use crate::textures::{self, Library};
-use crate::{attributes, displace, vertex_data};
+use crate::{attributes, displace, shader_group, vertex_data};
 use oslcl_compiler::diag::Diagnostic;
-use oslcl_compiler::{
-    Artifact, Binding, Entry, Failure, Group, Includes, Master, Options, ParseError, TextError, compile,
-};
+use oslcl_compiler::{Artifact, Binding, Entry, Failure, Group, Includes, Options, compile};
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -321,47 +319,19 @@ fn compile_one(settings: &Settings<'_>, index: usize, role: Role) -> Result<Made
     Ok(Made { output, left_out: Vec::new(), supplies: None })
 }
 
-/// A group's shaders are files in the scene's folders or beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
-/// `layer.param`, or `param` for one of the last layer.
+/// Values for the material are named `layer.param`, or `param` for one of the last layer.
 fn of_group(material: &Material, scene: &Scene, mut options: Options) -> Result<Made, Failure> {
-    let told = |d: Diagnostic| Failure { diagnostics: vec![d], sources: Arc::default() };
-    let beside = material.path.parent().unwrap_or(Path::new(""));
-    let folders: Vec<PathBuf> = scene.shaders.iter().cloned().chain([beside.to_path_buf()]).collect();
-    let mut find = |name: &str| {
-        let found = crate::shader_file::find(name, &folders);
-        let file = found.unwrap_or_else(|| beside.join(format!("{name}.osl")));
-        let source = match std::fs::read_to_string(&file) {
-            Ok(text) => text,
-            Err(cause) => match crate::scene::shipped(name) {
-                Some(text) => text.to_owned(),
-                None => {
-                    let message =
-                        format!("shader `{name}` is no shipped one, nor is it at {}: {cause}", file.display());
-                    return Err(told(TextError { line: 1, column: 1, message, help: None }.diagnostic()));
-                }
-            },
-        };
-        let options = Options { file_name: file.to_string_lossy().into_owned(), ..Options::default() };
-        Master::new(&source, &options, &Beside).map(Arc::new)
-    };
-    let mut group = Group::parse(&material.name, &material.source, &mut find).map_err(|e| match e {
-        ParseError::Text(e) => {
-            let message = format!("{}:{}:{}: shader group: {}", options.file_name, e.line, e.column, e.message);
-            let d = Diagnostic::global("E4017", message);
-            told(match e.help {
-                Some(help) => d.help(help),
-                None => d,
-            })
-        }
-        ParseError::Shader { cause, .. } => cause,
+    let mut group = shader_group::read(&shader_group::Request {
+        name: &material.name,
+        text: &material.source,
+        path: &material.path,
+        folders: &scene.shaders,
+        options: &Options::default(),
+        includes: &Beside,
     })?;
-    let last = group.layers.last().map_or("", |l| l.name.as_str());
     let bound = options.bindings.iter_mut().map(|(name, _)| name);
     for name in bound.chain(&mut options.interactive_names) {
-        let layer = name.split_once('.').map(|(layer, _)| layer);
-        if !layer.is_some_and(|layer| group.layers.iter().any(|l| l.name == layer)) {
-            *name = format!("{last}.{name}");
-        }
+        *name = shader_group::full_name(name, group.layers.iter().map(|l| l.name.as_str()));
     }
     let left_out = if scene.conventions.unknown_params_warn { drop_unknown(&mut group) } else { Vec::new() };
     Ok(Made { output: group.instance(&options)?, left_out, supplies: None })

@@ -325,7 +325,7 @@ pub struct RenderArgs {
 /// Arguments of `oslcl compile`.
 #[derive(Debug, Args)]
 pub struct CompileArgs {
-    /// OSL files; for a package also shipped materials by name. Or a package (NAME.oslpak, NAME.oslpak:SHADER) to take apart.
+    /// OSL files; for a package also shader groups (.oslgroup), shipped materials by name, and NAME=FILE where scenes shall call it so. Or a package (NAME.oslpak, NAME.oslpak:SHADER) to take apart.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
     /// Folder for the files [default: next to each source], or NAME.oslpak: a package of all shaders, which scenes take as they
