@@ -96,6 +96,7 @@ impl Group {
             textures: options.textures.clone(),
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
+            ray_types: options.ray_types,
         };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
@@ -142,6 +143,7 @@ pub(super) struct Parts<'a> {
     textures: Option<TextureAccess>,
     attributes: Attributes,
     documents: Option<Documents>,
+    ray_types: Option<u32>,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
@@ -165,6 +167,7 @@ impl<'a> Parts<'a> {
             textures,
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
+            ray_types: options.ray_types,
         }
     }
 
@@ -199,6 +202,7 @@ impl<'a> Parts<'a> {
             documents: self.documents.as_ref(),
             sources: Some(&files.sources),
             grid,
+            ray_types: self.ray_types,
         }
     }
 

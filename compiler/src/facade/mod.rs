@@ -135,6 +135,9 @@ pub struct Options {
     pub attributes: Attributes,
     /// Who reads the files of dictionaries.
     pub documents: Option<Documents>,
+    /// The types (bits of [`crate::attributes::RAY_TYPES`]) that every ray which meets the shader has, and no others: `raytype`
+    /// is a constant then. `None`: only the ray tells.
+    pub ray_types: Option<u32>,
 }
 
 impl Default for Options {
@@ -161,6 +164,7 @@ impl Default for Options {
             textures: None,
             attributes: Attributes::default(),
             documents: None,
+            ray_types: None,
         }
     }
 }

@@ -16,8 +16,13 @@ use std::collections::HashMap;
 
 /// Folds the whole shader.
 pub fn fold(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
+    fold_with(shader, false)
+}
+
+/// As [`fold`]; with `texts` short loops that make texts are unrolled.
+pub(super) fn fold_with(shader: &mut Shader, texts: bool) -> Result<(), Vec<Diagnostic>> {
     let same: Vec<ValueId> = (0..shader.values.len() as u32).map(ValueId).collect();
-    let mut folder = Folder { shader, same, state: State::default(), errors: Vec::new() };
+    let mut folder = Folder { shader, same, state: State::default(), errors: Vec::new(), texts };
     folder.run();
     if folder.errors.is_empty() { Ok(()) } else { Err(folder.errors) }
 }
@@ -34,7 +39,7 @@ pub(super) enum Known {
 type Facts = (Option<Known>, Option<Vec<Option<Const>>>);
 
 /// What is known at a point. Branches are undone by what they changed, so that one costs what it does, not what is known.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct State {
     singles: HashMap<LocalId, Known>,
     arrays: HashMap<LocalId, Vec<Option<Const>>>,
@@ -132,6 +137,8 @@ pub(super) struct Folder<'a> {
     pub same: Vec<ValueId>,
     pub state: State,
     pub errors: Vec<Diagnostic>,
+    /// Whether loops are unrolled for the texts that they make.
+    texts: bool,
 }
 
 impl Folder<'_> {
@@ -341,7 +348,10 @@ impl Folder<'_> {
 
     fn loop_(&mut self, mut l: Loop, out: &mut Block) {
         if unroll::holds_closures(self.shader, &l) {
-            return self.unroll(l, out);
+            return self.unroll(&l, out);
+        }
+        if self.texts && unroll::makes_texts(self.shader, &l) && self.unroll_if_short(&l, out) {
+            return;
         }
         let mut written = Vec::new();
         for block in [&l.head, &l.body, &l.step] {
@@ -383,7 +393,7 @@ impl Folder<'_> {
             inst => {
                 let mut args = Vec::new();
                 inst.operands(&mut |o| args.push(self.peek(o, depth - 1)));
-                ops::evaluate(inst, value.ty, &args.into_iter().collect::<Option<Vec<_>>>()?)
+                evaluate(inst, value.ty, &args.into_iter().collect::<Option<Vec<_>>>()?)
             }
         }
     }
@@ -428,7 +438,7 @@ impl Folder<'_> {
         inst.operands(&mut |v| args.push(self.const_of(v).cloned()));
         let all = args.iter().cloned().collect::<Option<Vec<Const>>>();
         if let Some(all) = all.filter(|_| !matches!(inst, Inst::Call(..)))
-            && let Some(c) = ops::evaluate(inst, ty, &all)
+            && let Some(c) = evaluate(inst, ty, &all)
         {
             return Some(Simpler::Const(c));
         }
@@ -447,6 +457,26 @@ impl Folder<'_> {
         }
         self.identity(inst, ty, &args)
     }
+}
+
+/// As [`ops::evaluate`]; but floats are compared as the device and the reference compare them, in 32 bits. What was computed
+/// in two ways from constants is otherwise hardly ever equal.
+fn evaluate(inst: &Inst, ty: Ty, args: &[Const]) -> Option<Const> {
+    use BinaryOp::{Eq, Ge, Gt, Le, Lt, Ne};
+    if !matches!(inst, Inst::Binary(Eq | Ne | Lt | Le | Gt | Ge, ..)) {
+        return ops::evaluate(inst, ty, args);
+    }
+    let single = |x: f64| f64::from(x as f32);
+    let args: Vec<Const> = args
+        .iter()
+        .map(|a| match a {
+            Const::Float(x) => Const::Float(single(*x)),
+            Const::Triple(v) => Const::Triple(v.map(single)),
+            Const::Matrix(m) => Const::Matrix(m.map(single)),
+            other => other.clone(),
+        })
+        .collect();
+    ops::evaluate(inst, ty, &args)
 }
 
 /// What an instruction may be replaced by.

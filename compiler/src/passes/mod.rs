@@ -10,12 +10,15 @@
 mod cases;
 mod closures;
 mod controls;
+mod counters;
 mod dead;
 mod derivatives;
 mod dialogue;
 mod dictionary;
 mod fold;
 pub mod link;
+mod numbers;
+mod printed;
 mod prune;
 mod review;
 mod specialise;
@@ -38,7 +41,7 @@ use crate::attributes::Attributes;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::dictionary::Documents;
-use crate::ir::{Const, Inst, Shader, verify};
+use crate::ir::{Arg, Const, Inst, Shader, verify};
 use crate::source::SourceMap;
 use crate::textures::TextureAccess;
 
@@ -70,6 +73,8 @@ pub struct Settings<'a> {
     pub sources: Option<&'a SourceMap>,
     /// The shader runs over a grid of points, without a scene.
     pub grid: bool,
+    /// The bits of all rays that come, if they are known.
+    pub ray_types: Option<u32>,
 }
 
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need, for a device.
@@ -104,6 +109,9 @@ pub fn optimise_with(
     link::settle_alone(shader);
     specialise(shader, bindings)?;
     check(shader, "specialise");
+    if let Some(bits) = settings.ray_types {
+        known_ray_types(shader, bits);
+    }
     fold(shader)?;
     check(shader, "fold");
     textures::answer(shader, settings.textures)?;
@@ -114,12 +122,17 @@ pub fn optimise_with(
     check(shader, "dialogue");
     closures(shader)?;
     check(shader, "closures");
-    fold(shader)?;
+    // The host makes its texts when it gets there.
+    fold::fold_with(shader, settings.target == Target::Device)?;
     check(shader, "fold");
     if zeros::zeros(shader) {
         check(shader, "zeros");
-        fold(shader)?;
+        fold::fold_with(shader, settings.target == Target::Device)?;
         check(shader, "fold");
+    }
+    if settings.target == Target::Device {
+        printed::printed(shader);
+        check(shader, "printed");
     }
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
@@ -156,6 +169,22 @@ pub fn optimise_with(
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     said.extend(warnings);
     Ok(said)
+}
+
+/// Answers `raytype`.
+fn known_ray_types(shader: &mut Shader, bits: u32) {
+    let Some(row) = builtins::find("raytype_bit") else { return };
+    for i in 0..shader.values.len() {
+        let Inst::Call(func, args) = &shader.values[i].inst else { continue };
+        let asked = match args.as_slice() {
+            [Arg::Value(v)] if *func == row => match shader.values[v.0 as usize].inst {
+                Inst::Const(Const::Int(bit)) => bit,
+                _ => continue,
+            },
+            _ => continue,
+        };
+        shader.values[i].inst = Inst::Const(Const::Int((bits & asked as u32 != 0).into()));
+    }
 }
 
 /// Answers `isconstant` with 0 where folding found no constant; whether there was such a call.

@@ -128,7 +128,7 @@ fn grid(args: &ShadeArgs) -> Result<Grid, Error> {
     Ok(Grid { scale_uv: [u1 - u0, v1 - v0], offset_uv: [u0, v0], ..Grid::new(width, height) })
 }
 
-fn host_error(error: HostError) -> Error {
+pub(super) fn host_error(error: HostError) -> Error {
     match error {
         HostError::Compile(failure) => report::report(&failure),
         HostError::Grid(error) => error.into(),
