@@ -141,6 +141,7 @@ fn call(shader: &Shader, func: builtins::FuncId, args: &[Arg], span: Span, out: 
         },
         "surfacearea" => found("surface_area"),
         "raytype_bit" => found("raytype"),
+        "trace_hit" => found("traces"),
         _ if passes::is_lookup(func) => match constant(0) {
             Some(Const::Str(file)) => found(&format!("texture {file}")),
             _ => found("texture"),

@@ -27,6 +27,12 @@ impl Parts<'_> {
             // Several calls of a line count as one.
             match out.iter_mut().find(|u| u.what == what && u.file == file && u.line == line) {
                 Some(known) => {
+                    // What takes one of them away leaves the others.
+                    for control in &mut known.controls {
+                        if !mine.iter().any(|c| c.param == control.param) {
+                            control.off_at = None;
+                        }
+                    }
                     for control in mine {
                         match known.controls.iter_mut().find(|c| c.param == control.param) {
                             Some(same) if same.off_at != control.off_at => same.off_at = None,

@@ -66,7 +66,7 @@ pub enum BenchCommand {
 /// Arguments of `oslcl bench effects`.
 #[derive(Debug, Args)]
 pub struct EffectsArgs {
-    /// The page.
+    /// The page; sections of other devices that it has already stay.
     #[arg(short, long, value_name = "FILE", default_value = "effects.md")]
     pub output: PathBuf,
     /// Timed renders of each scene, both ways in turn.
@@ -120,7 +120,7 @@ pub struct StartupArgs {
     /// The scenes.
     #[arg(default_value = "scenes/gallery.toml")]
     pub scenes: Vec<PathBuf>,
-    /// File for the report, in Markdown.
+    /// File for the report, in Markdown; sections of other devices that it has already stay.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Starts of each kind that can be repeated; the quickest counts.

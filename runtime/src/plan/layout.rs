@@ -390,11 +390,10 @@ impl Layout {
     pub fn bytes_of(&self, effect: Effect, real_bytes: u64) -> u64 {
         let bytes = |layout: &Layout| {
             let (_, reals, halves) = layout.places(REALS);
-            u64::from(reals) * real_bytes
-                + 2 * u64::from(halves)
-                + 4 * u64::from(layout.uints_per_path() + layout.queue_count())
+            let words = layout.uints_per_path() + layout.queue_count();
+            u64::from(reals) * real_bytes + 2 * u64::from(halves) + 4 * u64::from(words)
         };
-        bytes(self) - bytes(&self.without(effect))
+        bytes(self).saturating_sub(bytes(&self.without(effect)))
     }
 
     /// The layout if one effect were off, and all else as it is.
@@ -543,8 +542,8 @@ mod tests {
         assert_eq!(plain.bytes_of(Lights, 4), 0);
         let halves = Layout { path_state: PathState::Half, ..lit.clone() };
         assert!(halves.bytes_per_path(4) < lit.bytes_per_path(4));
-        // Densities and distances of hits, rays to lights with what they bring: three triples of four reals each, and three reals.
-        // And its place in the queue of light rays.
+        // Densities and distances of hits, rays to lights with what they bring: three triples of four reals each, and three reals; and
+        // a place in the queue of light rays.
         assert_eq!(lit.bytes_of(Lights, 4), 4 * (3 * 4 + 3) + 4);
     }
 }

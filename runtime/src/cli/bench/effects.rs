@@ -5,9 +5,9 @@
 
 use super::super::args::EffectsArgs;
 use super::super::{Error, render as rendering, terminal};
+use super::page::Page;
 use oslcl_runtime::choices::Choices;
 use oslcl_runtime::device::Device;
-use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::plan::{Effect, Overrides};
 use oslcl_runtime::render::{Options, Summary};
 use oslcl_runtime::scene::{self, Film, Scene};
@@ -112,9 +112,15 @@ pub fn run(args: &EffectsArgs) -> Result<(), Error> {
         rows.push(row(title, &scene(index + 1, args.size.unwrap_or((256, 256)), args.spp)?, &device, args.runs)?);
     }
     terminal::progress("");
-    let page = page(&rows, &device, args);
-    terminal::print(&page)?;
-    Ok(files::replace(&[Output { path: args.output.clone(), bytes: page.into_bytes() }])?)
+    let section = section(&rows, args);
+    terminal::print(&section)?;
+    let intro = format!(
+        "Written by `oslcl bench effects`, a section for each device. Each scene has what those above it have and something more. \
+         \"Forced\" is the same scene with all {} effects forced on but `double_precision` and what other renderers do. Times are \
+         medians, taken in turn; behind them the least and the greatest.",
+        all_effects().count()
+    );
+    Page { title: "What planning saves", intro }.write(&args.output, &device.info.name, &section)
 }
 
 fn row(title: &'static str, scene: &Scene, device: &Device, runs: u32) -> Result<Row, Error> {
@@ -154,19 +160,13 @@ fn median(sample: &[f64]) -> f64 {
     }
 }
 
-fn page(rows: &[Row], device: &Device, args: &EffectsArgs) -> String {
+fn section(rows: &[Row], args: &EffectsArgs) -> String {
     let (width, height) = args.size.unwrap_or((256, 256));
     let mut out = format!(
-        "# What planning saves\n\nWritten by `oslcl bench effects --size {width}x{height} --spp {} --runs {}` on {}. Each scene has \
-         what those above it have and something more. \"Forced\" is the same scene with all {} effects forced on but \
-         `double_precision`. Times are medians of {} runs, taken in turn; behind them the least and the greatest.\n\n\
+        "`oslcl bench effects --size {width}x{height} --spp {} --runs {}`\n\n\
          | scene | effects on | planned, ms | forced, ms | times faster | bytes per path, planned | forced | kernels, planned | forced | same bits |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
-        args.spp,
-        args.runs,
-        device.info.name,
-        Effect::ALL.len(),
-        args.runs
+        args.spp, args.runs,
     );
     for r in rows {
         let time = |s: &[f64]| {

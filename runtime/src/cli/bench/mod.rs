@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod effects;
+mod page;
 mod startup;
 
 use super::Error;

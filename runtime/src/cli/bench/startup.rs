@@ -6,7 +6,8 @@
 
 use super::super::args::{StartArg, StartupArgs};
 use super::super::{Error, cache, render, terminal};
-use oslcl_runtime::files::{self, Output};
+use super::page::Page;
+use oslcl_runtime::files;
 use oslcl_runtime::render::Options;
 use oslcl_runtime::scene::{ParamValue, Scene};
 use oslcl_runtime::session::Session;
@@ -69,12 +70,16 @@ pub fn run(args: &StartupArgs) -> Result<(), Error> {
         return one(args, scene, start);
     }
     let folder = Scratch::new()?;
-    let mut page = String::from(
-        "# Start-up\n\nWritten by `oslcl bench startup`. Seconds from the start of the program to the first ray, each in a process of \
-         its own; *beyond* is without the driver's own context. A cold start has neither our cache nor the driver's; a parameter is \
-         changed in the scene, a material is edited in its source, and then everything else comes from the caches. *Slider*: the \
-         way to the first ray of the next render in a session that stays, which is all that an interactive parameter costs.\n",
-    );
+    let page = Page {
+        title: "Start-up",
+        intro: "Written by `oslcl bench startup`, a section for each device. Seconds from the start of the program to the first ray, each \
+                in a process of its own; *beyond* is without the driver's own context. A cold start has neither our cache nor the \
+                driver's; a parameter is changed in the scene, a material is edited in its source, and then everything else comes from \
+                the caches. *Slider*: the way to the first ray of the next render in a session that stays, which is all that an \
+                interactive parameter costs."
+            .to_owned(),
+    };
+    let (mut section, mut device) = (String::new(), String::new());
     for scene in &args.scenes {
         let mut table = String::from(
             "| start | total | beyond | context | scene | materials | programs | geometry | built | loaded | equal |\n\
@@ -93,9 +98,7 @@ pub fn run(args: &StartupArgs) -> Result<(), Error> {
                 }
             }
             let Some(s) = best else { continue };
-            if about.is_empty() {
-                about = s.device.clone();
-            }
+            device.clone_from(&s.device);
             let _ = writeln!(
                 table,
                 "| {name} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {} | {} | {} |",
@@ -111,18 +114,18 @@ pub fn run(args: &StartupArgs) -> Result<(), Error> {
                 s.shared
             );
             if *name == "warm" {
-                let _ = write!(about, "; slider {:.3} s", s.slider);
+                let _ = write!(about, "slider {:.3} s; ", s.slider);
             }
         }
         terminal::progress("");
         let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
-        let text = format!("\n## {}\n\n{about}; {cores} host threads.\n\n{table}", scene.display());
-        terminal::print(&text)?;
-        page.push_str(&text);
+        let text = format!("\n### {}\n\n{about}{cores} host threads.\n\n{table}", scene.display());
+        terminal::print(&format!("\n{device}\n{text}"))?;
+        section.push_str(&text);
         std::fs::remove_dir_all(folder.0.join("caches")).map_err(|cause| failed(&folder.0, cause))?;
     }
     match &args.output {
-        Some(path) => Ok(files::replace(&[Output { path: path.clone(), bytes: page.into_bytes() }])?),
+        Some(path) => page.write(path, &device, &section),
         None => Ok(()),
     }
 }
