@@ -23,6 +23,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "lobe.h",
     "lobe_state.h",
     "maths.h",
+    "maths_fast.h",
     "path_random.h",
     "random.h",
     "real.h",

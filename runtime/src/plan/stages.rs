@@ -3,6 +3,7 @@
 //! In: the effects that are on. Out: which programs to build, from which texts, with which kernels.
 
 use super::{Effect, Plan};
+use crate::choices::TextureFilter;
 use crate::scene::{MaterialId, Scene};
 use crate::{preamble, vertex_data};
 use oslcl_compiler::{Artifact, Radiance};
@@ -115,7 +116,12 @@ fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
     let of_others = |m: &String| m.starts_with("HAS_LOBE_") && !forced.contains(m);
     let mut out: Vec<String> = plan.macros().into_iter().filter(|m| !of_others(m)).collect();
     let mut lobes = Vec::new();
+    let overruled = plan.choices.texture_filter != TextureFilter::Shader;
     for own in preamble::macros(code) {
+        // How textures are interpolated says the plan then.
+        if overruled && matches!(own.as_str(), "HAS_TEXTURE_CUBIC" | "HAS_TEXTURE_CLOSEST") {
+            continue;
+        }
         let removed = Effect::ALL.iter().find(|e| e.macro_name() == own && plan.is_removed(**e));
         match removed {
             Some(Effect::TextureCubic | Effect::TextureClosest) => continue,
@@ -131,6 +137,9 @@ fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
         if !out.contains(&own) {
             out.push(own);
         }
+    }
+    if !code.textures.is_empty() {
+        out.extend(plan.choices.texture_macros());
     }
     if !lobes.is_empty() {
         out.push(format!("WITHOUT_LOBES ({})", lobes.join(" | ")));
