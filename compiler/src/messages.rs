@@ -6,7 +6,7 @@
 use crate::ir::{Const, Ty};
 use crate::strings::string_id;
 use crate::text::{self, Rules};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// Stands in the formats of reports for `FILE:LINE` of the call: only who has the sources can tell it (the facade does).
@@ -58,7 +58,7 @@ pub mod code {
 }
 
 /// An argument of a [`Site`].
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SiteArg {
     /// Known at compile time: not part of the record.
@@ -74,7 +74,7 @@ pub enum SiteArg {
 }
 
 /// A call of the code that prints; its arguments are those of the IR's `print`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Site {
     /// Kind, name, format, values.
     pub args: Vec<SiteArg>,

@@ -4,10 +4,10 @@
 //! matrices arrays of 16 (row-major), arrays nest one level more.
 
 use crate::types::{Traits, Type};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A constant of reflection.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
     /// int
@@ -21,7 +21,7 @@ pub enum Value {
 }
 
 /// One metadatum.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metadata {
     /// Key.
     pub name: String,
@@ -33,7 +33,7 @@ pub struct Metadata {
 }
 
 /// A struct's field.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Field {
     /// Name.
     pub name: String,
@@ -43,7 +43,7 @@ pub struct Field {
 }
 
 /// One parameter.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Param {
     /// Name.
     pub name: String,
@@ -51,7 +51,7 @@ pub struct Param {
     #[serde(rename = "type")]
     pub ty: String,
     /// The type itself.
-    #[serde(skip)]
+    #[serde(skip, default = "Type::nothing")]
     pub resolved: Type,
     /// Declared `output`.
     pub output: bool,
@@ -59,25 +59,39 @@ pub struct Param {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub default: Option<Value>,
     /// Fields when it is a struct.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<Field>,
     /// Metadata in order.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub metadata: Vec<Metadata>,
 }
 
 /// A shader as tools see it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShaderInfo {
     /// Name.
     pub name: String,
     /// `surface`, `displacement`, `volume` or `shader`.
     pub kind: String,
     /// Metadata in order.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub metadata: Vec<Metadata>,
     /// Parameters in order.
     pub params: Vec<Param>,
+}
+
+impl Param {
+    /// Whether it reads what geometry has under its name: its metadata says `lockgeom = 0` or `interpolated = 1`, and not
+    /// that it is interactive.
+    pub fn reads_userdata(&self) -> bool {
+        let (varying, traits) = hints(&self.metadata, false);
+        varying && !traits.interactive
+    }
+
+    /// Whether its metadata says `interactive = 1`.
+    pub fn is_interactive(&self) -> bool {
+        hints(&self.metadata, false).1.interactive
+    }
 }
 
 /// What a parameter's metadata says that changes how it gets its value: whether that may vary (`lockgeom = 0`, `interpolated`,

@@ -26,7 +26,7 @@ pub const MODE_MISSING: i32 = 1 << 11;
 pub const MODE_QUIET: i32 = 1 << 12;
 
 /// How a file is looked up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// `texture()`.
@@ -82,7 +82,7 @@ pub struct Texel {
 }
 
 /// The type that an answer of `gettextureinfo` must have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum InfoType {
     /// int
     Int,
@@ -93,7 +93,7 @@ pub enum InfoType {
 }
 
 /// An answer of `gettextureinfo`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Info {
     /// Whole numbers.
     Ints(Vec<i32>),

@@ -2,14 +2,14 @@
 //!
 //! The IR has simpler ones ([`crate::ir::Ty`]): structs are flattened to their fields before it.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Handle of a struct declared by the user.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct StructId(pub u32);
 
 /// A type without array length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Base {
     /// Result of functions that return nothing.
@@ -66,7 +66,7 @@ impl Base {
 }
 
 /// How many elements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Extent {
     /// No array.
     Scalar,
@@ -77,7 +77,7 @@ pub enum Extent {
 }
 
 /// A full type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Type {
     /// Element type.
     pub base: Base,
@@ -89,6 +89,11 @@ impl Type {
     /// A type that is no array.
     pub const fn scalar(base: Base) -> Type {
         Type { base, extent: Extent::Scalar }
+    }
+
+    /// Of what has no value yet.
+    pub(crate) const fn nothing() -> Type {
+        Type::scalar(Base::Void)
     }
 
     /// Whether it is an array, sized or not.

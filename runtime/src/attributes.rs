@@ -5,7 +5,7 @@
 
 use crate::scene::{Attributes as Named, ParamValue, Scene};
 use oslcl_compiler::Binding;
-use oslcl_compiler::attributes::{Attribute, Attributes, Value};
+use oslcl_compiler::attributes::{Attribute, Attributes, Value, asked};
 use std::collections::BTreeSet;
 
 /// The attributes that the shader of this material finds. `of`: the material of the surfaces that it runs on.
@@ -28,7 +28,13 @@ pub(crate) fn of_material(scene: &Scene, of: usize) -> Attributes {
             None => find(&scene.materials[of].attributes, name).or_else(|| find(&scene.attributes, name)),
         };
         match first {
-            _ if values.any(|v| v != first) => out.varying.push(name.to_owned()),
+            _ if values.any(|v| v != first) => {
+                out.varying.push(name.to_owned());
+                let all = instances.iter().filter_map(|i| of_instance(scene, *i, name));
+                if let Some(values) = texts_or_ints(all) {
+                    out.values.push((name.to_owned(), values));
+                }
+            }
             Some(value) => add(&mut out.list, "", name, value),
             None => {}
         }
@@ -43,6 +49,31 @@ pub(crate) fn of_material(scene: &Scene, of: usize) -> Attributes {
         mesh.attributes.iter().for_each(|(name, value)| add(&mut out.list, &mesh.name, name, value));
     }
     out
+}
+
+/// Most values of an attribute that shaders make texts of.
+const MAX_VALUES: usize = 256;
+
+/// Each of these values once, if all are strings or all are ints.
+fn texts_or_ints<'a>(values: impl Iterator<Item = &'a ParamValue>) -> Option<Vec<Value>> {
+    let mut out: Vec<Value> = Vec::new();
+    for value in values {
+        let value = match value {
+            ParamValue::Int(v) => Value::Int(i32::try_from(*v).ok()?),
+            ParamValue::Str(s) => Value::Str(s.clone()),
+            _ => return None,
+        };
+        if out.first().is_some_and(|first| first.ty() != value.ty()) {
+            return None;
+        }
+        if !out.contains(&value) {
+            out.push(value);
+        }
+        if out.len() > MAX_VALUES {
+            return None;
+        }
+    }
+    Some(out)
 }
 
 fn material(scene: &Scene, instance: usize) -> usize {
@@ -62,15 +93,47 @@ pub(crate) fn of_instance<'a>(scene: &'a Scene, instance: usize, name: &str) -> 
     lists.into_iter().find_map(|list| find(list, name))
 }
 
-/// One element of a value, or all of it.
-pub(crate) fn element(value: &ParamValue, index: Option<usize>) -> Option<Binding> {
-    Some(match (index, value) {
-        (None, value) => crate::materials::binding(value),
-        (Some(i), ParamValue::Floats(list)) => Binding::Float(*list.get(i)?),
-        (Some(i), ParamValue::Strs(list)) => Binding::Str(list.get(i)?.clone()),
-        (Some(0), single) => crate::materials::binding(single),
-        (Some(_), _) => return None,
-    })
+/// The value for userdata that stands for an attribute ([`oslcl_compiler::attributes::asked`]), on a placed mesh.
+pub(crate) fn at_instance(scene: &Scene, instance: usize, userdata: &str) -> Option<Binding> {
+    let (name, _) = asked(userdata)?;
+    let mut known = Attributes { list: camera(scene), ..Attributes::default() };
+    if let Some(value) = of_instance(scene, instance, name) {
+        add(&mut known.list, "", name, value);
+    }
+    known.answer(userdata).map(as_binding)
+}
+
+/// What a shader around the scene finds without naming an object.
+pub(crate) fn around(scene: &Scene, material: usize) -> Attributes {
+    let mut known = Attributes { list: camera(scene), ..Attributes::default() };
+    for (name, value) in scene.materials[material].attributes.iter().rev().chain(scene.attributes.iter().rev()) {
+        add(&mut known.list, "", name, value);
+    }
+    known
+}
+
+/// A constant as a value to give.
+pub(crate) fn as_binding(value: Value) -> Binding {
+    match value {
+        Value::Int(v) => Binding::Int(i64::from(v)),
+        Value::Float(v) => Binding::Float(v),
+        Value::Str(s) => Binding::Str(s),
+        Value::Triple(v) => Binding::Floats(v.to_vec()),
+        Value::Matrix(v) => Binding::Floats(v.to_vec()),
+        Value::Array(items) => {
+            let (mut numbers, mut texts) = (Vec::new(), Vec::new());
+            for item in items {
+                match as_binding(item) {
+                    Binding::Int(v) => numbers.push(v as f64),
+                    Binding::Float(v) => numbers.push(v),
+                    Binding::Floats(v) => numbers.extend(v),
+                    Binding::Str(s) => texts.push(s),
+                    Binding::Strs(list) => texts.extend(list),
+                }
+            }
+            if texts.is_empty() { Binding::Floats(numbers) } else { Binding::Strs(texts) }
+        }
+    }
 }
 
 /// Every string among the attributes, which shaders may print.

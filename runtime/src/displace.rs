@@ -87,7 +87,8 @@ pub(crate) fn apply<'a>(
     let packed = textures::pack(&compiled.textures, files)?;
     let packed_messages = packed.messages;
     let packed = device.upload("textures", &packed.words)?;
-    let strings: Vec<String> = packed_messages.into_iter().chain(attributes::strings(scene)).collect();
+    let given = compiled.displacement_values.iter().flat_map(Supplies::strings);
+    let strings: Vec<String> = packed_messages.into_iter().chain(attributes::strings(scene)).chain(given).collect();
     let mut programs = HashMap::new();
     let mut out = scene.clone();
     for index in 0..scene.instances.len() {
@@ -104,6 +105,7 @@ pub(crate) fn apply<'a>(
             transform: instance.transform,
             eye: scene.camera.origin,
             artifact,
+            values: &compiled.displacement_values[instance.material.0 as usize],
             textures: &packed,
             speaker: &scene.materials[by].name,
             strings: &strings,
@@ -155,6 +157,7 @@ struct Job<'a> {
     transform: DAffine3,
     eye: DVec3,
     artifact: &'a Artifact,
+    values: &'a Supplies,
     textures: &'a Buffer,
     /// Name of the displacement's material.
     speaker: &'a str,
@@ -200,7 +203,7 @@ impl Job<'_> {
         let kernel = program.kernel(device, "displace")?;
         let band = vertices.len().min(BAND);
         let outputs = device.buffer("displaced vertices", (band * 6 * size_of::<T>()) as u64)?;
-        let interactive: Vec<T> = numbers(&Supplies::default().interactive(self.artifact));
+        let interactive: Vec<T> = numbers(&self.values.interactive(self.artifact));
         let interactive = match interactive.is_empty() {
             true => None,
             false => Some(device.upload("interactive parameters", &interactive)?),

@@ -1,16 +1,16 @@
-//! A scene's materials, compiled.
+//! A scene's materials, compiled, or taken from packages of compiled shaders.
 //!
 //! In: a scene. Out: an artifact per material that is used. Of the compiler it sees the facade only.
 
+use crate::package::{self, Package, take};
 use crate::roads::Road;
-use crate::scene::{Material, ParamValue, Scene};
+use crate::scene::{FromPackage, Location, Material, ParamValue, Scene};
+use crate::supplies::Supplies;
 use crate::textures::{self, Library};
-use crate::{attributes, displace, vertex_data};
+use crate::{attributes, displace, shader_group, vertex_data};
 use oslcl_compiler::diag::Diagnostic;
-use oslcl_compiler::{
-    Artifact, Binding, Entry, Failure, Group, Includes, Master, Options, ParseError, TextError, compile,
-};
-use std::collections::BTreeSet;
+use oslcl_compiler::{Artifact, Binding, Entry, Failure, Group, Includes, Options, compile};
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,6 +25,16 @@ pub enum Error {
         material: String,
         /// What the compiler says.
         failure: Box<Failure>,
+    },
+    /// Its package can't be had, or does not fit the scene.
+    #[error("{at}: material `{material}`: {cause}")]
+    Package {
+        /// Where the scene says so.
+        at: Location,
+        /// Its name in the scene.
+        material: String,
+        /// What is wrong.
+        cause: Box<package::Error>,
     },
     /// Its shader is for something else.
     #[error("material `{material}`: `{shader}` is a {kind} shader, but {role}")]
@@ -47,6 +57,15 @@ pub struct Compiled {
     pub artifacts: Vec<Option<Artifact>>,
     /// One per material: what moves the vertices of surfaces that have it, [`displace::OUTPUTS`] of its displacement shader.
     pub displacements: Vec<Option<Artifact>>,
+    /// By material: values of interactive parameters that the scene gives. Only code from packages reads such values in every
+    /// render.
+    pub values: Vec<Supplies>,
+    /// As `values`, of `displacements`.
+    pub displacement_values: Vec<Supplies>,
+    /// Shaders that were compiled.
+    pub compiled: u32,
+    /// Shaders that came compiled, in packages.
+    pub from_packages: u32,
     /// The texture files.
     pub textures: Arc<Library>,
     /// Warnings, each with the text of its finding.
@@ -101,23 +120,25 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 
 /// Compiles every material that is used, in parallel. The first error in the scene's order is reported.
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
-    compile_for(scene, false, Road::default())
+    compile_for(scene, false, Road::default(), false)
 }
 
 /// As [`compile_all`]; `interactive`: values of interactive parameters of materials on surfaces and around them are read at
-/// run time.
-pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Result<Compiled, Error> {
+/// run time; `explain`: artifacts say which parameters decide about what they use.
+pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road, explain: bool) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
     let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
     let library = Arc::new(Library::new(settings));
+    let packages = packages(scene, &jobs)?;
+    let settings = Settings { scene, library: &library, packages: &packages, interactive, road, explain };
     let next = AtomicUsize::new(0);
-    let results: Vec<Mutex<Option<Result<_, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+    let results: Vec<Mutex<Option<Result<_, Error>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
     let work = || {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let (Some(slot), Some((material, role))) = (results.get(index), jobs.get(index)) else { break };
-            let output = compile_one(scene, *material, *role, &library, interactive, road);
+            let output = settings.one(*material, *role);
             *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(output);
         }
     };
@@ -129,14 +150,28 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Resul
         }
     });
     let none = vec![None; scene.materials.len()];
-    let mut compiled =
-        Compiled { artifacts: none.clone(), displacements: none, textures: library.clone(), warnings: Vec::new() };
+    let values = vec![Supplies::default(); scene.materials.len()];
+    let mut compiled = Compiled {
+        artifacts: none.clone(),
+        displacements: none,
+        values: values.clone(),
+        displacement_values: values,
+        compiled: 0,
+        from_packages: 0,
+        textures: library.clone(),
+        warnings: Vec::new(),
+    };
     for (result, (index, role)) in results.into_iter().zip(jobs) {
         let material = scene.materials[index].name.clone();
         match result.into_inner().unwrap_or_else(PoisonError::into_inner) {
             // A thread that panicked took the whole scope with it.
             None => {}
-            Some(Ok((output, left_out))) => {
+            Some(Ok(Made { output, left_out, supplies })) => {
+                match supplies {
+                    Some(_) => compiled.from_packages += 1,
+                    None => compiled.compiled += 1,
+                }
+                let supplies = supplies.unwrap_or_default();
                 if let Some(role) = role.refuses(&output.artifact.kind) {
                     let Artifact { name, kind, .. } = output.artifact;
                     return Err(Error::Kind { material, shader: name, kind, role });
@@ -154,11 +189,17 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Resul
                     ));
                 }
                 match role {
-                    Role::Light => compiled.artifacts[index] = Some(output.artifact),
-                    Role::Displacement(of) => compiled.displacements[of] = Some(output.artifact),
+                    Role::Light => {
+                        compiled.artifacts[index] = Some(output.artifact);
+                        compiled.values[index] = supplies;
+                    }
+                    Role::Displacement(of) => {
+                        compiled.displacements[of] = Some(output.artifact);
+                        compiled.displacement_values[of] = supplies;
+                    }
                 }
             }
-            Some(Err(failure)) => return Err(Error::Compile { material, failure: Box::new(failure) }),
+            Some(Err(error)) => return Err(error),
         }
     }
     Ok(compiled)
@@ -173,20 +214,84 @@ pub(crate) fn missing<'a>(library: &'a Library, artifact: &'a Artifact) -> impl 
     })
 }
 
-/// The output, and what was left out on the way there.
-type Made = (oslcl_compiler::Output, Vec<String>);
+/// The packages of the materials that are used, each read once.
+fn packages(scene: &Scene, jobs: &[(usize, Role)]) -> Result<HashMap<PathBuf, Package>, Error> {
+    let mut packages: HashMap<PathBuf, Package> = HashMap::new();
+    for (index, _) in jobs {
+        let material = &scene.materials[*index];
+        let Some(from) = &material.package else { continue };
+        if !packages.contains_key(&material.path) {
+            let package = Package::read(&material.path).map_err(|e| unfit(material, &from.at, e))?;
+            packages.insert(material.path.clone(), package);
+        }
+    }
+    Ok(packages)
+}
 
-fn compile_one(
-    scene: &Scene,
-    index: usize,
-    role: Role,
-    library: &Arc<Library>,
+fn unfit(material: &Material, at: &Location, cause: package::Error) -> Error {
+    Error::Package { at: at.clone(), material: material.name.clone(), cause: Box::new(cause) }
+}
+
+/// A material's shader, ready for the renderer.
+struct Made {
+    output: oslcl_compiler::Output,
+    /// What was left out on the way there.
+    left_out: Vec<String>,
+    /// Values of a shader from a package; `None` of one that was compiled.
+    supplies: Option<Supplies>,
+}
+
+/// What decides all of a scene's artifacts.
+struct Settings<'a> {
+    scene: &'a Scene,
+    library: &'a Arc<Library>,
+    packages: &'a HashMap<PathBuf, Package>,
     interactive: bool,
     road: Road,
-) -> Result<Made, Failure> {
+    explain: bool,
+}
+
+impl Settings<'_> {
+    fn one(&self, index: usize, role: Role) -> Result<Made, Error> {
+        let material = &self.scene.materials[index];
+        match &material.package {
+            Some(from) => self.taken(index, role, from),
+            None => compile_one(self, index, role)
+                .map_err(|failure| Error::Compile { material: material.name.clone(), failure: Box::new(failure) }),
+        }
+    }
+
+    /// The artifact of a shader that is in a package.
+    fn taken(&self, index: usize, role: Role, from: &FromPackage) -> Result<Made, Error> {
+        let material = &self.scene.materials[index];
+        let told = |(at, cause): take::Misfit| unfit(material, &at, cause);
+        let of = match role {
+            Role::Light => index,
+            Role::Displacement(of) => of,
+        };
+        let wanted = take::Wanted {
+            scene: self.scene,
+            material: index,
+            of,
+            moves: role != Role::Light,
+            road: self.road,
+            library: self.library,
+            changes: self.interactive,
+        };
+        // All that are used were read.
+        let package = &self.packages[&material.path];
+        let shader = package.shader(from.shader.as_deref()).map_err(|e| told((from.at.clone(), e)))?;
+        let (artifact, supplies) = take::take(&shader, from, &wanted).map_err(told)?;
+        let output = oslcl_compiler::Output { artifact, warnings: Vec::new(), sources: Arc::default() };
+        Ok(Made { output, left_out: Vec::new(), supplies: Some(supplies) })
+    }
+}
+
+fn compile_one(settings: &Settings<'_>, index: usize, role: Role) -> Result<Made, Failure> {
+    let Settings { scene, library, .. } = *settings;
     let material = &scene.materials[index];
     let (interactive, of) = match role {
-        Role::Light => (interactive, index),
+        Role::Light => (settings.interactive, index),
         // Vertices are moved once, before anything else.
         Role::Displacement(of) => (false, of),
     };
@@ -199,7 +304,8 @@ fn compile_one(
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
         entry,
         textures: Some(library.access()),
-        spirv: road == Road::Spirv,
+        spirv: settings.road == Road::Spirv,
+        explain: settings.explain,
         userdata: Some(vertex_data::declared(scene, of)),
         attributes: attributes::of_material(scene, of),
         interactive,
@@ -209,53 +315,26 @@ fn compile_one(
     if material.group {
         return of_group(material, scene, options);
     }
-    Ok((compile(&material.source, &options, &Beside)?, Vec::new()))
+    let output = compile(&material.source, &options, &Beside)?;
+    Ok(Made { output, left_out: Vec::new(), supplies: None })
 }
 
-/// A group's shaders are files in the scene's folders or beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
-/// `layer.param`, or `param` for one of the last layer.
+/// Values for the material are named `layer.param`, or `param` for one of the last layer.
 fn of_group(material: &Material, scene: &Scene, mut options: Options) -> Result<Made, Failure> {
-    let told = |d: Diagnostic| Failure { diagnostics: vec![d], sources: Arc::default() };
-    let beside = material.path.parent().unwrap_or(Path::new(""));
-    let folders: Vec<PathBuf> = scene.shaders.iter().cloned().chain([beside.to_path_buf()]).collect();
-    let mut find = |name: &str| {
-        let found = crate::shader_file::find(name, &folders);
-        let file = found.unwrap_or_else(|| beside.join(format!("{name}.osl")));
-        let source = match std::fs::read_to_string(&file) {
-            Ok(text) => text,
-            Err(cause) => match crate::scene::shipped(name) {
-                Some(text) => text.to_owned(),
-                None => {
-                    let message =
-                        format!("shader `{name}` is no shipped one, nor is it at {}: {cause}", file.display());
-                    return Err(told(TextError { line: 1, column: 1, message, help: None }.diagnostic()));
-                }
-            },
-        };
-        let options = Options { file_name: file.to_string_lossy().into_owned(), ..Options::default() };
-        Master::new(&source, &options, &Beside).map(Arc::new)
-    };
-    let mut group = Group::parse(&material.name, &material.source, &mut find).map_err(|e| match e {
-        ParseError::Text(e) => {
-            let message = format!("{}:{}:{}: shader group: {}", options.file_name, e.line, e.column, e.message);
-            let d = Diagnostic::global("E4017", message);
-            told(match e.help {
-                Some(help) => d.help(help),
-                None => d,
-            })
-        }
-        ParseError::Shader { cause, .. } => cause,
+    let mut group = shader_group::read(&shader_group::Request {
+        name: &material.name,
+        text: &material.source,
+        path: &material.path,
+        folders: &scene.shaders,
+        options: &Options::default(),
+        includes: &Beside,
     })?;
-    let last = group.layers.last().map_or("", |l| l.name.as_str());
     let bound = options.bindings.iter_mut().map(|(name, _)| name);
     for name in bound.chain(&mut options.interactive_names) {
-        let layer = name.split_once('.').map(|(layer, _)| layer);
-        if !layer.is_some_and(|layer| group.layers.iter().any(|l| l.name == layer)) {
-            *name = format!("{last}.{name}");
-        }
+        *name = shader_group::full_name(name, group.layers.iter().map(|l| l.name.as_str()));
     }
     let left_out = if scene.conventions.unknown_params_warn { drop_unknown(&mut group) } else { Vec::new() };
-    Ok((group.instance(&options)?, left_out))
+    Ok(Made { output: group.instance(&options)?, left_out, supplies: None })
 }
 
 /// Takes away values for parameters that shaders do not have, and says which.

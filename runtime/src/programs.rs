@@ -4,6 +4,7 @@
 //! In: the plan. Out: a kernel per stage and material. It must not know scenes or buffers.
 
 use crate::assemble::{self, assemble_with};
+use crate::builders::{self, Builder, Recipe, Request};
 use crate::cache::{Key, Parts};
 use crate::device::{self, Device, Kernel, Program};
 use crate::plan::{Plan, ProgramPlan, Stage};
@@ -87,6 +88,12 @@ pub fn build_one(
     let mut built = load_or_build(device, label, source, options, modules)?;
     built.keep(device);
     Ok(built.program)
+}
+
+/// Whether the device's cache has a program already.
+fn is_kept(device: &Device, source: &str, options: &str, modules: &[&[u32]]) -> bool {
+    let options = &device.options(options);
+    device.cache().is_some_and(|cache| key(device, source, options, modules).is_ok_and(|key| cache.has(&key)))
 }
 
 fn key(device: &Device, source: &str, options: &str, modules: &[&[u32]]) -> Result<Key, roads::Error> {
@@ -180,6 +187,10 @@ pub fn build<'a>(
     let jobs = jobs(plan, paths, modules)?;
     let next = AtomicUsize::new(0);
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(jobs.len().max(1));
+    let options = plan.choices.precision.build_options();
+    let missing = || jobs.iter().filter(|job| !is_kept(device, &job.text, options, &job.modules)).count();
+    let recipe = device.builders().filter(|_| missing() >= builders::WORTH_IT);
+    let threads = if recipe.is_some() { threads.min(builders::MOST) } else { threads };
     let total = jobs.len() as u32;
     let mut all = HashMap::new();
     let mut new = Vec::new();
@@ -191,8 +202,10 @@ pub fn build<'a>(
         for _ in 0..threads {
             let (send, jobs, next) = (send.clone(), &jobs, &next);
             scope.spawn(move || {
+                let mut elsewhere = Elsewhere { recipe, builder: None };
                 while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let result = run(device, plan, job);
+                    let is_new = elsewhere.build(device, job, options);
+                    let result = run(device, job, options, is_new);
                     if result.is_err() {
                         next.store(jobs.len(), Ordering::Relaxed);
                     }
@@ -224,7 +237,7 @@ pub fn build<'a>(
     }
 }
 
-/// What is to be built. The longest texts come first: they take longest, and nothing else may be left to do beside the last.
+/// What is to be built. What takes longest comes first: nothing else may be left to do beside the last.
 fn jobs<'a>(plan: &'a Plan, paths: u32, modules: &Modules<'a>) -> Result<Vec<Job<'a>>, Error> {
     let mut jobs: Vec<Job> = Vec::new();
     let mut known = HashMap::new();
@@ -242,17 +255,55 @@ fn jobs<'a>(plan: &'a Plan, paths: u32, modules: &Modules<'a>) -> Result<Vec<Job
             }
         }
     }
-    jobs.sort_by_key(|job| std::cmp::Reverse(job.text.len()));
+    jobs.sort_by_key(|job| std::cmp::Reverse(effort(job.first)));
     Ok(jobs)
+}
+
+/// How much a driver has to compile: a material's code, or each lobe, some 2,000 characters, of the stages that sample and evaluate
+/// them. Of the headers a program mostly uses little, so that the length of its whole text says nothing.
+fn effort(program: &ProgramPlan) -> usize {
+    let has_lobes = program.stages.iter().any(|s| matches!(s, Stage::SampleNext | Stage::SampleLight));
+    let lobes = program.macros.iter().filter(|m| m.starts_with("HAS_LOBE_")).count();
+    program.code.len() + if has_lobes { 2000 * lobes } else { 0 }
 }
 
 type Named = Vec<((Stage, Option<MaterialId>), Kernel)>;
 
-fn run(device: &Device, plan: &Plan, job: &Job) -> Result<(Built, Named), Error> {
+/// A process that builds what the cache has not got, for as long as it does.
+struct Elsewhere<'a> {
+    recipe: Option<&'a Recipe>,
+    builder: Option<Builder>,
+}
+
+impl Elsewhere<'_> {
+    /// Gets a program into the cache if it is not there and there may be processes; says whether. Whatever fails, [`run`] does it.
+    fn build(&mut self, device: &Device, job: &Job, options: &str) -> bool {
+        let Some(recipe) = self.recipe else { return false };
+        if is_kept(device, &job.text, options, &job.modules) {
+            return false;
+        }
+        let builder = match &mut self.builder {
+            Some(builder) => Ok(builder),
+            none => Builder::start(recipe).map(|new| none.insert(new)),
+        };
+        let modules = job.modules.iter().map(|m| m.to_vec()).collect();
+        let label = &job.first.label;
+        let request = Request { label: label.into(), source: (&job.text).into(), options: options.into(), modules };
+        let done = builder.and_then(|b| b.build(&request));
+        if let Err(error) = &done {
+            tracing::debug!("no process builds {label}: {error}");
+            *self = Elsewhere { recipe: None, builder: None };
+        }
+        done.is_ok()
+    }
+}
+
+/// Builds or loads a program. `is_new`: a process has just built it.
+fn run(device: &Device, job: &Job, options: &str, is_new: bool) -> Result<(Built, Named), Error> {
     let start = Instant::now();
     let label = &job.first.label;
-    let options = plan.choices.precision.build_options();
-    let built = load_or_build(device, label, &job.text, options, &job.modules)?;
+    let mut built = load_or_build(device, label, &job.text, options, &job.modules)?;
+    built.is_new |= is_new;
     let mut out = Vec::new();
     for program in &job.wanted {
         for &stage in &program.stages {

@@ -6,12 +6,12 @@ use crate::choices::Choices;
 use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{self, Compiled};
-use crate::plan::{Plan, Stage};
+use crate::plan::{Effect, Plan, Stage};
 use crate::roads::Road;
 use crate::scene::{self, MaterialId, Scene};
 use crate::session::Session;
 use crate::wavefront::Counts;
-use crate::{accel, device, displace, programs, textures, told, vertex_data};
+use crate::{accel, device, displace, package, programs, textures, told, vertex_data};
 use oslcl_compiler::Radiance;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -127,6 +127,8 @@ pub struct Summary {
     pub buffers: Vec<(&'static str, u64)>,
     /// How programs came about.
     pub programs: programs::Tally,
+    /// How many shaders were compiled, and how many came compiled in packages.
+    pub shaders: (u32, u32),
     /// Warnings of the materials.
     pub warnings: Vec<String>,
     /// What the materials printed.
@@ -135,17 +137,34 @@ pub struct Summary {
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
 pub fn plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
-    plan_for(scene, &choices.overrides.apply(scene), choices, false, Road::default())
+    let purpose = Purpose { interactive: false, road: Road::default(), explain: false };
+    plan_for(scene, &choices.overrides.apply(scene), choices, purpose)
 }
 
-/// As [`plan`], of the scene as the choices leave what is `written`; `interactive`: interactive parameters can change between
-/// renders.
+/// As [`plan`], with the parameters that decide about each effect ([`crate::plan::ShaderPlace::deciders`]): materials are compiled several
+/// times to find them.
+pub fn explained_plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
+    let purpose = Purpose { interactive: false, road: Road::default(), explain: true };
+    plan_for(scene, &choices.overrides.apply(scene), choices, purpose)
+}
+
+/// What a plan is made for.
+#[derive(Clone, Copy)]
+pub(crate) struct Purpose {
+    /// Interactive parameters can change between renders.
+    pub interactive: bool,
+    /// How materials' code gets into programs.
+    pub road: Road,
+    /// It says which parameters decide.
+    pub explain: bool,
+}
+
+/// As [`plan`], of the scene as the choices leave what is `written`.
 pub(crate) fn plan_for(
     written: &Scene,
     scene: &Scene,
     choices: &Choices,
-    interactive: bool,
-    road: Road,
+    purpose: Purpose,
 ) -> Result<(Plan, Compiled), Error> {
     scene.check()?;
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
@@ -155,7 +174,7 @@ pub(crate) fn plan_for(
     if scene.instances.is_empty() && scene.environment.is_none() {
         return Err(Error::Empty);
     }
-    let mut compiled = materials::compile_for(scene, interactive, road)?;
+    let mut compiled = materials::compile_for(scene, purpose.interactive, purpose.road, purpose.explain)?;
     if written.environment.is_some()
         && let Some(id) = scene.environment
         && let Some(artifact) = &compiled.artifacts[id.0 as usize]
@@ -167,9 +186,26 @@ pub(crate) fn plan_for(
         }
         compiled.warnings.push(format!("warning: the environment is black: {}\n", dark(&material)));
     }
+    if choices.overrides.removes(Effect::Interactive) {
+        always_open(scene, &compiled)?;
+    }
     let plan = Plan::new(written, scene, &compiled.artifacts, choices);
     compiled.warnings.extend(plan.warnings());
     Ok((plan, compiled))
+}
+
+/// Code that reads values of parameters at run time can't do without them.
+fn always_open(scene: &Scene, compiled: &Compiled) -> Result<(), materials::Error> {
+    for (material, artifact) in scene.materials.iter().zip(&compiled.artifacts) {
+        let Some((artifact, from)) = artifact.as_ref().zip(material.package.as_ref()) else { continue };
+        if !artifact.inputs.interactive.is_empty() {
+            let names: Vec<&str> = artifact.inputs.interactive.iter().map(|s| s.name.as_str()).collect();
+            let (shader, names) = (artifact.name.clone(), names.join(", "));
+            let cause = Box::new(package::Error::MustBeInteractive { shader, names });
+            return Err(materials::Error::Package { at: from.at.clone(), material: material.name.clone(), cause });
+        }
+    }
+    Ok(())
 }
 
 /// Why an environment is black.

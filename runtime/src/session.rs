@@ -82,7 +82,8 @@ impl<'a> Session<'a> {
         // Better to hear of it now than after the work.
         roads::check(device, options.road).map_err(programs::Error::from)?;
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(written, &scene, &asked, interactive, options.road)?;
+        let purpose = render::Purpose { interactive, road: options.road, explain: false };
+        let (plan, compiled) = render::plan_for(written, &scene, &asked, purpose)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
@@ -106,7 +107,7 @@ impl<'a> Session<'a> {
             true => textures::pack(&compiled.textures, compiled.texture_files())?,
             false => textures::Packed::default(),
         };
-        let values = vec![Supplies::default(); scene.materials.len()];
+        let values = compiled.values.clone();
         let interactive = interactive_numbers(&compiled, &values);
         let supplied = Supplied { textures: &textures, userdata: &userdata, interactive: &interactive };
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
@@ -269,6 +270,7 @@ impl<'a> Session<'a> {
             launches,
             buffers,
             programs: self.kernels.tally(),
+            shaders: (self.compiled.compiled, self.compiled.from_packages),
             warnings: self.compiled.warnings.clone(),
             messages,
         };

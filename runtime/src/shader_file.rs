@@ -5,6 +5,9 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+/// The ending of packages of compiled shaders.
+pub const PACKAGE: &str = "oslpak";
+
 /// The file of a shader in the first folder that has it. A name that ends in `.osl` or `.oso` is that file alone. Of both
 /// files, the newer is taken: a compiled shader that is older than its source does not say what the source says.
 pub fn find(name: &str, folders: &[PathBuf]) -> Option<PathBuf> {
@@ -28,6 +31,17 @@ pub fn is_shader(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "osl" || e == "oso")
 }
 
+/// The package that a name speaks of, and which shader of it: `materials.oslpak:plastic`, or `plastic.oslpak` of a package with
+/// one shader.
+pub fn in_package(name: &str) -> Option<(&str, Option<&str>)> {
+    let is_package = |file: &str| Path::new(file).extension().is_some_and(|e| e == PACKAGE);
+    match name.rsplit_once(':') {
+        Some((file, shader)) if is_package(file) => Some((file, Some(shader))),
+        _ if is_package(name) => Some((name, None)),
+        _ => None,
+    }
+}
+
 /// When a file was last written; `None` when there is no such file.
 fn changed(path: &Path) -> Option<SystemTime> {
     let data = std::fs::metadata(path).ok().filter(|m| m.is_file())?;
@@ -39,6 +53,15 @@ mod tests {
     use super::*;
     use std::fs::{self, File};
     use std::time::Duration;
+
+    #[test]
+    fn shaders_of_packages_have_names() {
+        assert_eq!(in_package("a/b.oslpak:plastic"), Some(("a/b.oslpak", Some("plastic"))));
+        assert_eq!(in_package("b.oslpak"), Some(("b.oslpak", None)));
+        assert_eq!(in_package("c:\\b.oslpak"), Some(("c:\\b.oslpak", None)));
+        assert_eq!(in_package("b.osl"), None);
+        assert_eq!(in_package("b.osl:x"), None);
+    }
 
     #[test]
     fn the_newer_of_both_is_found() {

@@ -80,8 +80,8 @@ enum Found<'a> {
 }
 
 fn found<'a>(scene: &'a Scene, instance: usize, slot: &Slot) -> Option<Found<'a>> {
-    if let Some((name, index)) = asked(&slot.name) {
-        let value = attributes::element(attributes::of_instance(scene, instance, name)?, index)?;
+    if is_attribute(slot) {
+        let value = attributes::at_instance(scene, instance, &slot.name)?;
         let number = |v: f64| if slot.is_int() { f32::from_bits(v as i32 as u32) } else { v as f32 };
         return Some(Found::Constant(value.numbers(slot)?.into_iter().map(number).collect()));
     }

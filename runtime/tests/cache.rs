@@ -1,9 +1,15 @@
 //! The cache of built programs as users meet it: what is built again and what not, and that nothing about its folder keeps
 //! anybody from rendering.
 
+use oslcl_runtime::builders::Recipe;
+use oslcl_runtime::cache::{Cache, DEFAULT_LIMIT};
+use oslcl_runtime::device::Device;
+use oslcl_runtime::render::Options;
+use oslcl_runtime::session::Session;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// A ball of each of `colours`, one material each.
@@ -222,4 +228,34 @@ fn a_small_limit_is_kept() {
     place.render(&scene(&THREE), &["--cache-size", "300K"]);
     let bytes: u64 = place.entries().iter().filter_map(|p| fs::metadata(p).ok()).map(|m| m.len()).sum();
     assert!(bytes <= 300 << 10 && bytes > 0, "{bytes}");
+}
+
+/// Renders with processes that build, started as `program` says. The picture, how many programs were built here, how many are kept.
+fn build_by(place: &Place, program: &str) -> (Vec<[f32; 3]>, u32, usize) {
+    let folder = place.0.join("programs");
+    let args = ["build-programs".into(), "--cache-dir".into(), folder.clone().into()].into();
+    let recipe = Recipe { program: program.into(), args, always: true };
+    let cache = Arc::new(Cache::new(folder, DEFAULT_LIMIT));
+    let device = Device::open(None).expect("a device").with_cache(Some(cache)).with_builders(Some(recipe));
+    let scene = oslcl_runtime::scene::parse(&scene(&THREE), Path::new("scene.toml")).expect("a scene");
+    let mut session = Session::new(&scene, &device, &Options::default()).expect("programs");
+    let kept = place.entries().len();
+    let (picture, summary) = session.render(&mut |_| {}).expect("a picture");
+    (picture.pixels, summary.programs.built, kept)
+}
+
+#[test]
+fn processes_build_programs_and_what_they_do_not_is_built_here() {
+    let place = Place::new("processes");
+    let (picture, built, kept) = build_by(&place, env!("CARGO_BIN_EXE_oslcl"));
+    // Here programs are kept after their first launch, and no ray had been sent yet.
+    assert_eq!(kept as u32, built, "a process has put every program there");
+    assert!(built >= 8, "{built}");
+
+    for (test, program) in [("dies", "false"), ("babbles", "echo"), ("absent", "/no/such/program")] {
+        let place = Place::new(test);
+        let (other, built_here, kept) = build_by(&place, program);
+        assert_eq!((&other, built_here), (&picture, built), "{test}");
+        assert_eq!(kept, 0, "{test}");
+    }
 }

@@ -3,11 +3,11 @@
 use crate::backend::lobes::{has_film, slot_has_film};
 use crate::builtins::{self, ClosureRole};
 use crate::ir::{Arg, Const, Inst, LocalId, LocalKind, Shader, Stmt, ValueId};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
 
 /// Radiance that a shader gives, W / (m^2 sr) per channel.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Radiance {
     /// None at all.
@@ -30,7 +30,8 @@ impl Radiance {
 }
 
 /// Fields of `ShaderGlobals` (kernels/globals.h) beyond OSL's globals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct State {
     /// `object_space`.
     pub object_space: bool,

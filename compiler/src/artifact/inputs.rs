@@ -4,11 +4,11 @@
 
 use crate::ir::{Const, InputLayout, Shader, Source, numbers, slots_of};
 use crate::types::{Base, Type};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A value among the slots: `reals` slots of the size of a `real` from `offset` on (kernels/globals.h). Ints and the ids of
 /// strings lie in the first four bytes of their slots.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slot {
     /// Of userdata its name; of an interactive parameter its flattened name, in a group with its layer in front
     /// (`layer.param`).
@@ -17,7 +17,7 @@ pub struct Slot {
     #[serde(rename = "type")]
     pub ty: String,
     /// The type itself.
-    #[serde(skip)]
+    #[serde(skip, default = "Type::nothing")]
     pub resolved: Type,
     /// The first slot.
     pub offset: u32,
@@ -27,7 +27,7 @@ pub struct Slot {
     /// its default.
     pub has: Option<u32>,
     /// What an interactive parameter starts with, a number per slot.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub default: Vec<f64>,
 }
 
@@ -39,7 +39,7 @@ impl Slot {
 }
 
 /// The inputs of a shader.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
     /// Userdata that the code reads, for each point.
     pub userdata: Vec<Slot>,

@@ -1,13 +1,17 @@
 //! What leaves the compiler: code, entry point, and what the code needs of a renderer.
 //!
-//! In: optimised IR, its code, the reflection. Out: [`Artifact`], also as JSON for tools. It must not know how the code was
+//! In: optimised IR, its code, the reflection. Out: [`Artifact`], also as JSON for tools and as [`Stored`] for files. It must not know how the code was
 //! written.
 
 mod effects;
 mod inputs;
+mod stored;
+pub(crate) mod uses;
 
 pub use effects::{Radiance, State};
 pub use inputs::{Inputs, Slot};
+pub use stored::{Inconsistent, Stored};
+pub use uses::{Control, Use};
 
 use crate::backend::Output;
 use crate::backend::opencl_c::Code;
@@ -16,14 +20,14 @@ use crate::ir::Shader;
 use crate::messages::{Decoder, Site};
 use crate::passes::{self, TextureUse};
 use crate::reflect::ShaderInfo;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Version of the interface between artifacts and kernels (kernels/lobe.h, kernels/globals.h, kernels/osl/). A renderer
 /// refuses artifacts of another one.
 pub const ABI_VERSION: u32 = 2;
 
 /// A compiled shader.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Artifact {
     /// [`ABI_VERSION`] of the compiler that made it.
     pub abi_version: u32,
@@ -46,6 +50,7 @@ pub struct Artifact {
     /// Names of the closures for media that can occur, sorted, each once.
     pub volumes: Vec<String>,
     /// Fields of `ShaderGlobals` that the code reads: OSL's names of the globals.
+    #[serde(deserialize_with = "stored::globals")]
     pub globals: Vec<&'static str>,
     /// What else of the renderer's state it reads.
     pub state: State,
@@ -70,6 +75,9 @@ pub struct Artifact {
     pub sites: Vec<Site>,
     /// The texts of the strings in the code, sorted.
     pub strings: Vec<String>,
+    /// Where the shader uses what a renderer has to provide.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub uses: Vec<Use>,
     /// Parameters, defaults and metadata as written; of a group those of its last layer.
     pub info: ShaderInfo,
 }
@@ -101,6 +109,7 @@ impl Artifact {
             inputs: inputs::of(shader),
             sites: code.sites,
             strings: inputs::strings(shader, code.strings),
+            uses: Vec::new(),
             info,
         }
     }

@@ -7,7 +7,7 @@ use crate::builtins::{self, ClosureRole};
 use crate::diag::Diagnostic;
 use crate::ir::{Global, LobeSlot, LocalId, LocalKind, Shader, Ty};
 use crate::types::{Extent, Type};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Which function to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub enum Entry {
 }
 
 /// One requested output of a grid function.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Output {
     /// Flattened name of the parameter, or `Ci`.
     pub name: String,

@@ -96,6 +96,7 @@ impl Group {
             textures: options.textures.clone(),
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
+            ray_types: options.ray_types,
         };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
@@ -142,11 +143,12 @@ pub(super) struct Parts<'a> {
     textures: Option<TextureAccess>,
     attributes: Attributes,
     documents: Option<Documents>,
+    ray_types: Option<u32>,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
-struct Files {
-    sources: Arc<SourceMap>,
+pub(super) struct Files {
+    pub(super) sources: Arc<SourceMap>,
     nowarn: Silenced,
     /// For each layer where its files begin.
     first: Vec<u32>,
@@ -165,6 +167,7 @@ impl<'a> Parts<'a> {
             textures,
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
+            ray_types: options.ray_types,
         }
     }
 
@@ -191,7 +194,7 @@ impl<'a> Parts<'a> {
         files
     }
 
-    fn settings<'b>(&'b self, target: Target, files: &'b Files, grid: bool) -> passes::Settings<'b> {
+    pub(super) fn settings<'b>(&'b self, target: Target, files: &'b Files, grid: bool) -> passes::Settings<'b> {
         passes::Settings {
             target,
             textures: self.textures.as_ref(),
@@ -199,11 +202,12 @@ impl<'a> Parts<'a> {
             documents: self.documents.as_ref(),
             sources: Some(&files.sources),
             grid,
+            ray_types: self.ray_types,
         }
     }
 
     /// Joins the layers; the names that the outputs have in the joined shader come with it.
-    fn link(
+    pub(super) fn link(
         &self,
         files: &Files,
         options: &Options,
@@ -285,7 +289,8 @@ impl<'a> Parts<'a> {
             }
             let info = self.layers.last().map(|l| l.master.info.clone());
             let info = info.ok_or_else(|| vec![Diagnostic::global("E4015", "the group has no layers")])?;
-            Ok((Artifact { spirv, ..Artifact::new(&shader, code, info) }, warnings))
+            let uses = self.uses(&shader, &files, options, asked);
+            Ok((Artifact { spirv, uses, ..Artifact::new(&shader, code, info) }, warnings))
         };
         let sources = files.sources.clone();
         match on_large_stack(work) {

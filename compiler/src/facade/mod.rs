@@ -8,6 +8,7 @@ mod group;
 mod host;
 mod oso_text;
 mod text;
+mod uses;
 
 use crate::artifact::Artifact;
 use crate::attributes::Attributes;
@@ -31,7 +32,7 @@ pub use oso_text::{Oso, OsoOptions, Query, QueryParam, preprocessed, query_shade
 pub use text::{ParseError, TextError};
 
 /// A value for a parameter. It converts as OSL converts: int to float, a number to a triple or a matrix's diagonal.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Binding {
     /// A whole number.
     Int(i64),
@@ -48,8 +49,14 @@ pub enum Binding {
 impl Binding {
     /// The value as the numbers of a slot, one per real; a string by its id. `None` when it does not fit the slot's type.
     pub fn numbers(&self, slot: &crate::artifact::Slot) -> Option<Vec<f64>> {
+        self.numbers_as(slot.resolved)
+    }
+
+    /// The value as the numbers of a type, as OSL converts it: elements in order, triples as 3, matrices as 16; a string by its
+    /// id. An unsized array gets the length of the value. `None` when it does not fit.
+    pub fn numbers_as(&self, declared: crate::types::Type) -> Option<Vec<f64>> {
         use crate::types::{Base, Extent};
-        let ty = match slot.resolved.base {
+        let ty = match declared.base {
             Base::Int => Ty::Int,
             Base::Float => Ty::Float,
             Base::Matrix => Ty::Matrix,
@@ -57,13 +64,14 @@ impl Binding {
             base if base.is_triple() => Ty::Triple,
             _ => return None,
         };
-        let len = match slot.resolved.extent {
+        let constant = self.constant();
+        let len = match declared.extent {
             Extent::Scalar => None,
             Extent::Fixed(n) => Some(n),
-            Extent::Unsized => return None,
+            Extent::Unsized => Some(crate::passes::length_of(&constant, ty)?),
         };
         let mut out = Vec::new();
-        ir::numbers(&crate::passes::fitted(&self.constant(), ty, len)?, &mut out);
+        ir::numbers(&crate::passes::fitted(&constant, ty, len)?, &mut out);
         Some(out)
     }
 
@@ -117,6 +125,8 @@ pub struct Options {
     pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Say which parameters decide about what the shader uses ([`crate::artifact::Use::controls`]). It costs some optimisations more for each.
+    pub explain: bool,
     /// Write SPIR-V beside OpenCL C ([`Artifact::spirv`]).
     pub spirv: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -125,6 +135,9 @@ pub struct Options {
     pub attributes: Attributes,
     /// Who reads the files of dictionaries.
     pub documents: Option<Documents>,
+    /// The types (bits of [`crate::attributes::RAY_TYPES`]) that every ray which meets the shader has, and no others: `raytype`
+    /// is a constant then. `None`: only the ray tells.
+    pub ray_types: Option<u32>,
 }
 
 impl Default for Options {
@@ -146,10 +159,12 @@ impl Default for Options {
             userdata_is_connected: false,
             lazy: Lazy::default(),
             line_directives: false,
+            explain: false,
             spirv: false,
             textures: None,
             attributes: Attributes::default(),
             documents: None,
+            ray_types: None,
         }
     }
 }
@@ -233,6 +248,8 @@ thread_local! {
 
 /// Runs work that recurses as deep as its input nests.
 fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Diagnostic> {
+    // Whoever wants to know whether anything was compiled looks for this.
+    let _span = tracing::debug_span!("compiler").entered();
     if LARGE.get() {
         return Ok(work());
     }

@@ -11,6 +11,7 @@
 //! - Operands of [`Inst::Binary`] have equal types; conversions are explicit.
 //! - Parameters and shader globals are locals as well ([`LocalKind`]): their init runs before the body.
 
+mod forms;
 mod inputs;
 mod print;
 mod read;
@@ -238,8 +239,7 @@ pub struct Local {
 }
 
 /// A constant. Floats are kept in f64 and rounded by the target.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-#[serde(untagged)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Const {
     /// `Int`
     Int(i32),
@@ -333,6 +333,8 @@ pub struct Shader {
     pub slots: Vec<LobeSlot>,
     /// Filled by `passes::link`; empty before it.
     pub inputs: Vec<Input>,
+    /// The calls whose derivatives `passes::derivatives` has written out; empty before it. Printed IR does not have them.
+    pub derivative_uses: Vec<Span>,
 }
 
 /// A computed value.

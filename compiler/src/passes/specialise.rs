@@ -101,7 +101,7 @@ pub(crate) fn fitted(value: &Const, ty: Ty, len: Option<u32>) -> Option<Const> {
 }
 
 /// The length that an unsized array of this element type gets from a value.
-fn length_of(value: &Const, ty: Ty) -> Option<u32> {
+pub(crate) fn length_of(value: &Const, ty: Ty) -> Option<u32> {
     let Const::Array(items) = value else { return Some(1) };
     let width = match ty {
         Ty::Triple => 3,

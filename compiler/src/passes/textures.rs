@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 const MAX_ANSWERS: usize = 4096;
 
 /// How a shader uses a texture file.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct TextureUse {
     /// Its name as the shader has it.
     pub file: String,
@@ -26,9 +26,23 @@ pub struct TextureUse {
     /// Channels that are asked for at most; `None` when only running the shader tells.
     pub channels: Option<u32>,
     /// Interpolations that occur, by name, sorted.
+    #[serde(deserialize_with = "known::interps")]
     pub interps: Vec<&'static str>,
     /// Some lookup neither says what stands in for a missing file nor asks for the message.
     pub must_exist: bool,
+}
+
+/// Names that are the compiler's own, read back.
+mod known {
+    use crate::textures::INTERPS;
+    use serde::de::{Deserialize, Deserializer, Error};
+
+    pub fn interps<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<&'static str>, D::Error> {
+        let own = |name: &String| INTERPS.into_iter().find(|own| own == name);
+        let names = Vec::<String>::deserialize(from)?;
+        let unknown = || D::Error::custom(format!("an interpolation is none of {INTERPS:?}: {names:?}"));
+        names.iter().map(own).collect::<Option<_>>().ok_or_else(unknown)
+    }
 }
 
 /// Whether a built-in is a lookup, and of which kind.
@@ -39,6 +53,11 @@ fn lookup_kind(func: builtins::FuncId) -> Option<Kind> {
         "environment_lookup" => Kind::Environment,
         _ => return None,
     })
+}
+
+/// Whether a built-in looks a texture up.
+pub(crate) fn is_lookup(func: builtins::FuncId) -> bool {
+    lookup_kind(func).is_some()
 }
 
 /// Where the mode stands among a lookup's arguments; the first channel follows it.

@@ -113,6 +113,11 @@ impl Cache {
         }
     }
 
+    /// Whether there is an entry with this key, whole or not.
+    pub fn has(&self, key: &Key) -> bool {
+        self.path(key).exists()
+    }
+
     /// Keeps a binary. After a failure nothing more is written by this process.
     pub fn put(&self, key: &Key, binary: &[u8]) {
         self.put_with(key, binary, &mut |file, bytes| io::Write::write_all(file, bytes));

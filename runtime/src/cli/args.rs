@@ -31,7 +31,7 @@ pub enum Command {
     Check(CheckArgs),
     /// Show a shader's parameters and metadata.
     Info(InfoArgs),
-    /// Show which effects a scene needs, who asked for them, and what they add.
+    /// Show which effects a scene needs, who asked for them, and what they add (-v: all askers, parameters and kernels).
     Plan(PlanArgs),
     /// List the OpenCL devices.
     Devices,
@@ -45,6 +45,9 @@ pub enum Command {
     /// Look after the built programs that are kept for the next start.
     #[command(subcommand)]
     Cache(CacheCommand),
+    /// Build programs that another process asks for on standard input.
+    #[command(hide = true)]
+    BuildPrograms(BuildProgramsArgs),
     /// Make links through which this program answers as oslc, oslinfo and the like (also: `oslcl oslc ...`).
     InstallTools(InstallToolsArgs),
 }
@@ -190,6 +193,17 @@ pub struct CacheArgs {
     pub no_cache: bool,
 }
 
+/// Arguments of `oslcl build-programs`.
+#[derive(Debug, Args)]
+pub struct BuildProgramsArgs {
+    /// OpenCL device: its number in `oslcl devices` or a part of its name.
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
+    /// Where they are put.
+    #[command(flatten)]
+    pub place: CacheDirArgs,
+}
+
 /// How exact the arithmetic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PrecisionArg {
@@ -311,12 +325,17 @@ pub struct RenderArgs {
 /// Arguments of `oslcl compile`.
 #[derive(Debug, Args)]
 pub struct CompileArgs {
-    /// OSL files.
+    /// OSL files; for a package also shader groups (.oslgroup), shipped materials by name, and NAME=FILE where scenes shall call it so. Or a package (NAME.oslpak, NAME.oslpak:SHADER) to take apart.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Folder for the files [default: next to each source].
-    #[arg(short, long, value_name = "DIR")]
+    /// Folder for the files [default: next to each source], or NAME.oslpak: a package of all shaders, which scenes take as they
+    /// take OSL files.
+    #[arg(short, long, value_name = "DIR or NAME.oslpak")]
     pub output: Option<PathBuf>,
+    /// Of a package: leave a parameter open, so that scenes can set it, of all shaders that have it or of one; `*` stands for all
+    /// that are no strings; may be repeated.
+    #[arg(long, value_name = "[SHADER:]NAME")]
+    pub interactive: Vec<String>,
     /// What to write; several with commas, or repeated.
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["opencl", "json"])]
     pub emit: Vec<EmitArg>,
@@ -326,7 +345,8 @@ pub struct CompileArgs {
     /// OpenCL device of binaries: its number in `oslcl devices` or a part of its name.
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<String>,
-    /// Bind a parameter (with one file): a number, numbers with commas, or text; may be repeated.
+    /// Bind a parameter (with one file, or in a package SHADER:NAME=VALUE): a number, numbers with commas, or text; may be
+    /// repeated.
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     pub param: Vec<String>,
     /// Includes and macros.
@@ -348,7 +368,7 @@ pub struct CheckArgs {
 /// Arguments of `oslcl info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// An OSL file, or the name of a shipped material.
+    /// An OSL file, the name of a shipped material, or a package (NAME.oslpak, NAME.oslpak:SHADER).
     pub shader: PathBuf,
     /// Print JSON for tools.
     #[arg(long)]
@@ -366,6 +386,25 @@ pub struct PlanArgs {
     /// Print JSON for tools.
     #[arg(long)]
     pub json: bool,
+    /// Render the scene as planned and without each effect that is on, and say what each costs in time and does to the picture; with
+    /// --verbose also with each effect forced on that is off.
+    #[arg(long)]
+    pub measure: bool,
+    /// Timed renders of each kind, in turn (with --measure).
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "measure", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Samples per pixel of each (with --measure).
+    #[arg(long, value_name = "N", default_value_t = 4, requires = "measure", value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub spp: u32,
+    /// Size of the picture in pixels [default: the scene's] (with --measure).
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size, requires = "measure")]
+    pub size: Option<(u32, u32)>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name (with --measure).
+    #[arg(long, value_name = "DEVICE", requires = "measure")]
+    pub device: Option<String>,
+    /// Built programs.
+    #[command(flatten)]
+    pub cache: CacheArgs,
     /// Choices between accuracy and time.
     #[command(flatten)]
     pub choices: ChoiceArgs,
@@ -408,7 +447,7 @@ pub enum CompareWith {
 /// Arguments of `oslcl shade`.
 #[derive(Debug, Args)]
 pub struct ShadeArgs {
-    /// An OSL file, or the name of a shipped material.
+    /// An OSL file, the name of a shipped material, or a shader of a package (NAME.oslpak:SHADER).
     pub shader: PathBuf,
     /// Points of the grid across and down; u and v run from 0 to 1 (0.5 on a single point), P = (u, v, 1)
     /// [default: 1 1, with --compare 257 257].

@@ -1,9 +1,11 @@
 //! `oslcl cache`: looks after the built programs on disk; and what other commands need of them.
 
-use super::args::{CacheArgs, CacheCommand, CacheDirArgs};
+use super::args::{BuildProgramsArgs, CacheArgs, CacheCommand, CacheDirArgs};
 use super::{Error, terminal};
+use oslcl_runtime::builders::{self, Recipe};
 use oslcl_runtime::cache::{Cache, default_root};
 use oslcl_runtime::device::Device;
+use std::ffi::OsString;
 use std::fmt::Write;
 use std::io;
 use std::sync::Arc;
@@ -22,9 +24,26 @@ pub fn run(command: &CacheCommand) -> Result<(), Error> {
     }
 }
 
-/// Where a command keeps programs, if it does.
-pub fn of(args: &CacheArgs) -> Option<Arc<Cache>> {
-    (!args.no_cache).then(|| Arc::new(open(&args.place)))
+/// Opens a device whose programs are kept where the arguments say, if anywhere.
+pub fn device(wanted: Option<&str>, args: &CacheArgs) -> Result<Device, Error> {
+    let device = Device::open(wanted)?;
+    if args.no_cache {
+        return Ok(device);
+    }
+    let cache = open(&args.place);
+    let recipe = std::env::current_exe().ok().map(|program| {
+        let mut args: Vec<OsString> = vec!["build-programs".into(), "--cache-dir".into(), cache.folder().into()];
+        args.extend(["--cache-size".into(), cache.limit().to_string().into()]);
+        args.extend(wanted.into_iter().flat_map(|name| ["--device".into(), name.into()]));
+        Recipe { program, args, always: false }
+    });
+    Ok(device.with_cache(Some(Arc::new(cache))).with_builders(recipe))
+}
+
+/// `oslcl build-programs`: how another of our processes has programs built ([`builders`]).
+pub fn build_programs(args: &BuildProgramsArgs) -> Result<(), Error> {
+    let device = Device::open(args.device.as_deref())?.with_cache(Some(Arc::new(open(&args.place))));
+    builders::serve(&device, io::stdin().lock(), io::stdout().lock()).map_err(Error::Print)
 }
 
 /// Says what went wrong with a device's cache.

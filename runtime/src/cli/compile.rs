@@ -1,11 +1,11 @@
-//! `oslcl compile`: OSL files to OpenCL C, SPIR-V, reflection and the like.
+//! `oslcl compile`: OSL files to OpenCL C, SPIR-V, reflection and the like, or to a package of them.
 //!
-//! In: OSL or `.oso` files. Out: the files that `--emit` asks for ([`emit`]). Several files
+//! In: OSL or `.oso` files. Out: the files that `--emit` asks for ([`emit`]), or a package ([`super::package`]). Several files
 //! are compiled at a time; what is said about each stays together, in the order of the files.
 
 use super::args::{CompileArgs, EmitArg};
 use super::sources::{self, Folders};
-use super::{Error, emit, params, report, terminal};
+use super::{Error, emit, package, params, report, terminal};
 use oslcl_compiler::{Failure, Master, Options};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
@@ -17,12 +17,24 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
-/// What came of a file: its index, the line to print, the findings.
-type Told = (usize, Result<String, Error>, String);
+/// What came of a file: its index, the result, the findings.
+type Told<T> = (usize, Result<T, Error>, String);
 
 /// Compiles each file, as many at a time as there are cores; fails when one has errors. The outputs of a file that fails stay
 /// as they were.
 pub fn run(args: &CompileArgs) -> Result<(), Error> {
+    if let Some(path) = args.output.as_deref().filter(|p| package::named(p).is_some()) {
+        return package::pack(args, path);
+    }
+    if let Some((file, shader)) = args.files.iter().find_map(|f| package::named(f)) {
+        return match args.files.as_slice() {
+            [_] => package::unpack(args, &file, shader.as_deref()),
+            _ => Err(Error::Usage(format!("`{}` is taken apart alone, not beside other files", file.display()))),
+        };
+    }
+    if !args.interactive.is_empty() {
+        return Err(Error::Usage("--interactive goes with a package: -o NAME.oslpak".to_owned()));
+    }
     if args.files.len() > 1 && !args.param.is_empty() {
         return Err(Error::Usage("--param goes with one file only".to_owned()));
     }
@@ -38,18 +50,31 @@ pub fn run(args: &CompileArgs) -> Result<(), Error> {
     }
     let needs_device = args.emit.contains(&EmitArg::Binary);
     let device = needs_device.then(|| Device::open(args.device.as_deref())).transpose()?;
+    let work = |index: usize, said: &mut String| compile(&args.files[index], args, device.as_ref(), said);
+    each(args.files.len(), work, &mut |_, line| terminal::print(&line))
+}
+
+/// Does the work for each of `count` files, as many at a time as there are cores; what is said about them and what is done with
+/// the results comes in their order. Fails when one fails.
+pub(super) fn each<T: Send>(
+    count: usize,
+    work: impl Fn(usize, &mut String) -> Result<T, Error> + Sync,
+    deliver: &mut dyn FnMut(usize, T) -> Result<(), Error>,
+) -> Result<(), Error> {
     let next = AtomicUsize::new(0);
     let (sender, receiver) = mpsc::channel();
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(args.files.len());
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(count);
     std::thread::scope(|scope| {
         for _ in 0..threads {
-            let (sender, next, device) = (sender.clone(), &next, &device);
+            let (sender, next, work) = (sender.clone(), &next, &work);
             scope.spawn(move || {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(path) = args.files.get(index) else { break };
+                    if index >= count {
+                        break;
+                    }
                     let mut said = String::new();
-                    let done = compile(path, args, device.as_ref(), &mut said);
+                    let done = work(index, &mut said);
                     if sender.send((index, done, said)).is_err() {
                         break;
                     }
@@ -57,14 +82,18 @@ pub fn run(args: &CompileArgs) -> Result<(), Error> {
             });
         }
         drop(sender);
-        tell(receiver, args.files.len())
+        tell(receiver, count, deliver)
     })
 }
 
-/// Prints what is said about each file, in order. The first wrong usage ends it.
-fn tell(receiver: mpsc::Receiver<Told>, count: usize) -> Result<(), Error> {
+/// Prints what is said about each file, in order, and delivers its result. The first wrong usage ends it.
+fn tell<T>(
+    receiver: mpsc::Receiver<Told<T>>,
+    count: usize,
+    deliver: &mut dyn FnMut(usize, T) -> Result<(), Error>,
+) -> Result<(), Error> {
     let mut result = Ok(());
-    let mut waiting: Vec<Option<(Result<String, Error>, String)>> = (0..count).map(|_| None).collect();
+    let mut waiting: Vec<Option<(Result<T, Error>, String)>> = (0..count).map(|_| None).collect();
     let mut at = 0;
     for (index, done, said) in receiver {
         waiting[index] = Some((done, said));
@@ -72,7 +101,7 @@ fn tell(receiver: mpsc::Receiver<Told>, count: usize) -> Result<(), Error> {
             at += 1;
             terminal::say(&said);
             match done {
-                Ok(text) => terminal::print(&text)?,
+                Ok(done) => deliver(at - 1, done)?,
                 Err(Error::Reported) => result = Err(Error::Reported),
                 Err(Error::Usage(message)) => return Err(Error::Usage(message)),
                 Err(error) => {
@@ -123,7 +152,8 @@ fn compile(path: &Path, args: &CompileArgs, device: Option<&Device>, said: &mut 
     let base = base(path, args);
     let mut outputs = Vec::new();
     for kind in emit::KINDS.into_iter().filter(|k| args.emit.contains(k)) {
-        let job = emit::Job { master: &master, options: &options, artifact: &output.artifact, precision, device };
+        let job =
+            emit::Job { from: emit::From::Source(&master, &options), artifact: &output.artifact, precision, device };
         let files = job.write(kind).map_err(|e| match e {
             emit::Error::Compile(failure) => failed(&failure, &folders, said),
             emit::Error::Other(error) => error,
@@ -135,7 +165,8 @@ fn compile(path: &Path, args: &CompileArgs, device: Option<&Device>, said: &mut 
     Ok(format!("{}: {}\n", path.display(), names.join(" ")))
 }
 
-fn failed(failure: &Failure, folders: &Folders, said: &mut String) -> Error {
+/// Says why a file does not compile.
+pub(super) fn failed(failure: &Failure, folders: &Folders, said: &mut String) -> Error {
     said.push_str(&report::rendered(&failure.sources, &failure.diagnostics));
     for refused in folders.refused() {
         said.push_str(&format!("  note: {refused}\n"));

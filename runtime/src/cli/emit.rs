@@ -24,16 +24,23 @@ pub(super) enum Error {
     Other(super::Error),
 }
 
-impl From<shade::Error> for Error {
+impl std::convert::From<shade::Error> for Error {
     fn from(e: shade::Error) -> Error {
         Error::Other(e.into())
     }
 }
 
+/// Where a shader comes from.
+pub(super) enum From<'a> {
+    /// A source, with these settings.
+    Source(&'a Master, &'a Options),
+    /// A package.
+    Package,
+}
+
 /// A shader on its way to files.
 pub(super) struct Job<'a> {
-    pub master: &'a Master,
-    pub options: &'a Options,
+    pub from: From<'a>,
     pub artifact: &'a Artifact,
     pub precision: Precision,
     pub device: Option<&'a Device>,
@@ -45,7 +52,10 @@ impl Job<'_> {
         Ok(match kind {
             EmitArg::Opencl => vec![(".cl", self.text(&self.artifact.code)?.into_bytes())],
             EmitArg::Json => vec![(".json", self.artifact.to_json().into_bytes())],
-            EmitArg::Ir => vec![(".ir", self.master.ir(self.options).map_err(Error::Compile)?.into_bytes())],
+            EmitArg::Ir => {
+                let (master, options) = self.source("the intermediate representation")?;
+                vec![(".ir", master.ir(options).map_err(Error::Compile)?.into_bytes())]
+            }
             EmitArg::Spirv => {
                 let (words, bridge) = self.spirv()?;
                 let bytes = words.iter().flat_map(|w| w.to_le_bytes()).collect();
@@ -60,12 +70,22 @@ impl Job<'_> {
             EmitArg::Binary => {
                 // The command opens a device when a binary is asked for.
                 let Some(device) = self.device else { return Ok(Vec::new()) };
-                let outputs = shade::default_outputs(self.master.info());
-                let artifact = shade::compile(self.master, self.options, &outputs).map_err(Error::Compile)?;
+                let (master, options) = self.source("a device's binary")?;
+                let outputs = shade::default_outputs(master.info());
+                let artifact = shade::compile(master, options, &outputs).map_err(Error::Compile)?;
                 let program = shade::build(device, &artifact, self.precision, &shade::Supplies::default())?;
                 vec![(".bin", program.binary(device).map_err(shade::Error::from)?)]
             }
         })
+    }
+
+    fn source(&self, what: &str) -> Result<(&Master, &Options), Error> {
+        match self.from {
+            From::Source(master, options) => Ok((master, options)),
+            From::Package => Err(Error::Other(super::Error::Usage(format!(
+                "{what} is made of a source, which a package does not have"
+            )))),
+        }
     }
 
     /// The module, and the text that it is linked with.

@@ -1,14 +1,17 @@
-//! `oslcl info`: a shader's parameters and metadata, for people or as JSON.
+//! `oslcl info`: a shader's parameters and metadata, or what is in a package, for people or as JSON.
 
 use super::args::InfoArgs;
 use super::sources::{self, Folders};
-use super::{Error, report, terminal};
+use super::{Error, package, report, terminal};
 use oslcl_compiler::ShaderInfo;
 use oslcl_compiler::reflect::{Metadata, Param, Value};
 use std::fmt::Write;
 
 /// Prints the reflection.
 pub fn run(args: &InfoArgs) -> Result<(), Error> {
+    if let Some((file, name)) = package::named(&args.shader) {
+        return package::show(args, &file, name.as_deref());
+    }
     let source = sources::read_or_shipped(&args.shader)?;
     let options = sources::options(&source, &args.source)?;
     let master = report::master(&source.text, &options, &Folders::new(&args.source))?;
@@ -17,27 +20,30 @@ pub fn run(args: &InfoArgs) -> Result<(), Error> {
         let json = serde_json::to_string_pretty(master.info()).unwrap_or_default();
         terminal::print(&format!("{json}\n"))
     } else {
-        terminal::print(&text(master.info()))
+        terminal::print(&text(master.info(), &|_| String::new()))
     }
 }
 
-fn text(info: &ShaderInfo) -> String {
+/// The reflection for people; `note` says what stands behind a parameter's default.
+pub(super) fn text(info: &ShaderInfo, note: &dyn Fn(&str) -> String) -> String {
     let mut out = format!("{} {}\n", info.kind, info.name);
     metadata(&mut out, &info.metadata, "    ");
     for param in &info.params {
-        one(&mut out, param);
+        one(&mut out, param, &note(&param.name));
     }
     out
 }
 
-fn one(out: &mut String, param: &Param) {
+fn one(out: &mut String, param: &Param, note: &str) {
     let output = if param.output { "output " } else { "" };
     let _ = write!(out, "\n  {output}{} {}", param.ty, param.name);
     match &param.default {
         Some(value) => {
-            let _ = writeln!(out, " = {}", show(value));
+            let _ = writeln!(out, " = {}{note}", show(value));
         }
-        None => out.push('\n'),
+        None => {
+            let _ = writeln!(out, "{note}");
+        }
     }
     for field in &param.fields {
         let _ = writeln!(out, "      .{} ({})", field.name, field.ty);

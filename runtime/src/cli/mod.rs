@@ -13,6 +13,7 @@ mod compile;
 mod devices;
 mod emit;
 mod info;
+mod package;
 mod params;
 mod plan;
 mod render;
@@ -46,6 +47,12 @@ pub enum Error {
     /// A shader can't be run over a grid.
     #[error(transparent)]
     Shade(#[from] oslcl_runtime::shade::Error),
+    /// A package can't be used.
+    #[error(transparent)]
+    Package(#[from] oslcl_runtime::package::Error),
+    /// A scene's material can't be had.
+    #[error(transparent)]
+    Material(#[from] oslcl_runtime::materials::Error),
     /// A scene can't be loaded.
     #[error(transparent)]
     Scene(#[from] oslcl_runtime::scene::Error),
@@ -92,9 +99,10 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Devices => devices::run(),
         Command::Shade(args) => shade::run(args),
         Command::Render(args) => render::run(args),
-        Command::Plan(args) => plan::run(args),
+        Command::Plan(args) => plan::run(args, cli.verbose > 0),
         Command::Bench(command) => bench::run(command),
         Command::Cache(command) => cache::run(command),
+        Command::BuildPrograms(args) => cache::build_programs(args),
         Command::InstallTools(args) => tools::install(&args.folder),
     }
 }

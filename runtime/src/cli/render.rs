@@ -4,7 +4,6 @@ use super::args::RenderArgs;
 use super::{Error, cache, choices, report, terminal};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use oslcl_runtime::choices::PathState;
-use oslcl_runtime::device::Device;
 use oslcl_runtime::film;
 use oslcl_runtime::materials;
 use oslcl_runtime::programs::{self, Tally};
@@ -32,7 +31,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     let mut scene = load(&args.scene)?;
     choices.apply(&mut scene.integrator);
     override_by(&mut scene, args);
-    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
     let time_limit = args.time.map(Duration::from_secs_f64);
     let options = Options { choices, road: args.road.into(), time_limit };
     let bar = progress_bar(args.quiet);
@@ -92,6 +91,8 @@ pub fn say(scene: &Path, error: render::Error) -> Error {
             terminal::say(&format!("{}: in material `{material}`:\n", scene.display()));
             report::report(&failure)
         }
+        // It has its place in the scene's file.
+        render::Error::Material(cause @ materials::Error::Package { .. }) => Error::Material(cause),
         render::Error::Device(cause)
         | render::Error::Program(programs::Error::Device(cause) | programs::Error::Road(roads::Error::Device(cause))) => {
             Error::Device(cause)
@@ -192,6 +193,9 @@ fn describe(args: &RenderArgs, scene: &Scene, s: &Summary) -> String {
         s.build_time.as_secs_f64(),
         s.geometry_time.as_secs_f64()
     );
+    if s.shaders.1 > 0 {
+        let _ = writeln!(out, "shaders    {} compiled, {} from packages", s.shaders.0, s.shaders.1);
+    }
     let Tally { built, loaded, shared } = s.programs;
     let _ = writeln!(out, "programs   {built} built, {loaded} from the cache, {shared} equal to others");
     let _ = writeln!(

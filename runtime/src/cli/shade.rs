@@ -2,14 +2,14 @@
 
 use super::args::{PrecisionArg, RoadArg, ShadeArgs};
 use super::sources::{self, Folders};
-use super::{Error, cache, params, report, shade_compare, terminal};
+use super::{Error, cache, package, params, report, shade_compare, terminal};
 use oslcl_compiler::Options;
-use oslcl_runtime::device::Device;
 use oslcl_runtime::files;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
+use oslcl_runtime::package::Shader;
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::roads::Road;
-use oslcl_runtime::shade::{self, Grid, HostError, Kind, Message, Plane, Shaded};
+use oslcl_runtime::shade::{self, Grid, HostError, Kind, Message, Plane, Shaded, Supplies};
 use oslcl_runtime::textures::{self, Library};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -37,6 +37,9 @@ impl From<PrecisionArg> for Precision {
 /// Compiles, runs, prints or writes.
 pub fn run(args: &ShadeArgs) -> Result<(), Error> {
     let wanted: Vec<(String, PathBuf)> = args.output.iter().map(|text| output(text)).collect::<Result<_, _>>()?;
+    if let Some((file, name)) = package::named(&args.shader) {
+        return of_package(args, wanted, &package::shader(&file, name.as_deref())?);
+    }
     let source = sources::read_or_shipped(&args.shader)?;
     let options = sources::options(&source, &args.source)?;
     let options = Options { spaces: oslcl_runtime::grid::SPACES.map(str::to_owned).into(), ..options };
@@ -68,13 +71,41 @@ pub fn run(args: &ShadeArgs) -> Result<(), Error> {
             return deliver(&shaded, wanted, Precision::Reference);
         }
     };
-    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
     if let Some(with) = args.compare {
         let host = || shade::run_on_host(&master, &options, &outputs, grid).map_err(host_error);
-        return shade_compare::run(&device, &artifact, grid, &library, with, host);
+        return shade_compare::run(&device, &artifact, grid, &library, &Supplies::default(), with, host);
     }
     let precision = args.precision.into();
     let shaded = shade::run_with(&device, &artifact, grid, precision, &library)?;
+    cache::complain(&device);
+    deliver(&shaded, wanted, precision)
+}
+
+/// Runs a shader that came compiled.
+fn of_package(args: &ShadeArgs, wanted: Vec<(String, PathBuf)>, shader: &Shader) -> Result<(), Error> {
+    let grid = grid(args)?;
+    let search = args.textures.clone();
+    let library = Library::new(textures::Settings { search, ..textures::Settings::default() });
+    let values = params::bindings(&args.param, shader.info())?;
+    let (artifact, supplies) = shader.at_points(&values, &grid, args.road.into(), &library)?;
+    if let Some((name, _)) = wanted.iter().find(|(name, _)| artifact.outputs.iter().all(|o| o.name != *name)) {
+        let known: Vec<&str> = artifact.outputs.iter().map(|o| o.name.as_str()).collect();
+        return Err(Error::Usage(format!(
+            "shader `{}` of the package does not store `{name}`\n  help: it stores {}",
+            shader.name,
+            known.join(", ")
+        )));
+    }
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
+    if let Some(with) = args.compare {
+        let host = || {
+            Err(Error::Usage("--compare host runs a source, which a package does not have: --compare f64".to_owned()))
+        };
+        return shade_compare::run(&device, &artifact, grid, &library, &supplies, with, host);
+    }
+    let precision = args.precision.into();
+    let shaded = shade::run_supplied(&device, &artifact, grid, precision, &library, &supplies)?;
     cache::complain(&device);
     deliver(&shaded, wanted, precision)
 }
@@ -97,7 +128,7 @@ fn grid(args: &ShadeArgs) -> Result<Grid, Error> {
     Ok(Grid { scale_uv: [u1 - u0, v1 - v0], offset_uv: [u0, v0], ..Grid::new(width, height) })
 }
 
-fn host_error(error: HostError) -> Error {
+pub(super) fn host_error(error: HostError) -> Error {
     match error {
         HostError::Compile(failure) => report::report(&failure),
         HostError::Grid(error) => error.into(),

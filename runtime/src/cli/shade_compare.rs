@@ -19,11 +19,11 @@ pub fn run(
     artifact: &Artifact,
     grid: Grid,
     library: &Library,
+    supplies: &Supplies,
     with: CompareWith,
     host: impl FnOnce() -> Result<Shaded, Error>,
 ) -> Result<(), Error> {
-    let supplies = Supplies::default();
-    let timed = |precision| shade::run_timed(device, artifact, grid, precision, library, &supplies, REPEATS);
+    let timed = |precision| shade::run_timed(device, artifact, grid, precision, library, supplies, REPEATS);
     let points = f64::from(grid.width) * f64::from(grid.height);
     let (wanted, price) = match with {
         CompareWith::F64 => {

@@ -12,6 +12,7 @@ pub use error::Error;
 pub use kernel::{Arg, Kernel, Program};
 pub use memory::{Buffer, Plain};
 
+use crate::builders::Recipe;
 use crate::cache::Cache;
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
@@ -107,6 +108,8 @@ pub struct Device {
     pub(in crate::device) queue: CommandQueue,
     /// Where binaries of its programs are kept, if anywhere.
     cache: Option<Arc<Cache>>,
+    /// How processes are started that build programs for it, if there may be any.
+    builders: Option<Recipe>,
 }
 
 impl Device {
@@ -147,7 +150,7 @@ impl Device {
         // SAFETY: the context is valid and holds exactly this device; the properties are a plain bit mask.
         let queue = unsafe { CommandQueue::create(&context, info.id, CL_QUEUE_PROFILING_ENABLE) }
             .map_err(|e| fail("creating a queue", e))?;
-        Ok(Device { info, context, queue, cache: None })
+        Ok(Device { info, context, queue, cache: None, builders: None })
     }
 
     /// The same device, whose programs are kept for the next process.
@@ -158,6 +161,18 @@ impl Device {
     /// Where binaries of its programs are kept, if anywhere.
     pub fn cache(&self) -> Option<&Cache> {
         self.cache.as_deref()
+    }
+
+    /// The same device, whose programs may be built by processes of their own, into its cache.
+    pub fn with_builders(self, builders: Option<Recipe>) -> Device {
+        Device { builders, ..self }
+    }
+
+    /// How processes are started that build programs for it: only where more than one process helps, and with a cache.
+    pub fn builders(&self) -> Option<&Recipe> {
+        // NVIDIA's driver (seen with 580.159) compiles under one lock of the process: 16 threads take three quarters of the time of one.
+        let one_at_a_time = self.info.platform.contains("NVIDIA");
+        self.builders.as_ref().filter(|b| (one_at_a_time || b.always) && self.cache.is_some())
     }
 
     /// All that makes its binaries unlike those of other devices, drivers and hosts.

@@ -4,7 +4,8 @@
 
 use super::error::{Error, Location};
 use super::{
-    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene,
+    Camera, Conventions, Film, Filter, FromPackage, Instance, Integrator, Material, MaterialId, Mesh, MeshId,
+    ParamValue, Scene,
 };
 use super::{geometry, shipped, transform};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
@@ -41,6 +42,7 @@ impl Scene {
             textures: Vec::new(),
             shaders: Vec::new(),
             attributes: Vec::new(),
+            places: super::Places::default(),
         }
     }
 
@@ -223,12 +225,19 @@ impl Material {
         Material::new(name, path, source.to_string())
     }
 
+    /// A shader of a package, which a render reads; without a name the only one.
+    pub fn from_package(name: &str, package: &Path, shader: Option<&str>) -> Material {
+        let from = FromPackage { shader: shader.map(str::to_owned), at: Location::built(), params_at: Vec::new() };
+        Material { package: Some(from), ..Material::new(name, package.to_path_buf(), String::new()) }
+    }
+
     /// One of source text from this file, with nothing set.
     pub(super) fn new(name: &str, path: PathBuf, source: String) -> Material {
         Material {
             name: name.to_string(),
             path,
             source,
+            package: None,
             params: Vec::new(),
             displacement: None,
             sampled_light: true,

@@ -1,6 +1,6 @@
 //! Materials of a scene file.
 //!
-//! In: a table with a shader and its parameters. Out: a [`Material`]. It must not know meshes, or what OSL means.
+//! In: a table with a shader and its parameters. Out: a [`Material`]. Packages of compiled shaders are named, not opened. It must not know meshes, or what OSL means.
 
 use super::error::{Error, suggest};
 use super::value::{Table, Value};
@@ -9,7 +9,7 @@ use crate::shader_file;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 
-/// Reads `shader = "NAME, FILE.osl or FILE.oso"`, `osl = "text"` or `group = "text"`, and `params`, which override the group's. The
+/// Reads `shader = "NAME, FILE.osl, FILE.oso or FILE.oslpak:NAME"`, `osl = "text"` or `group = "text"`, and `params`, which override the group's. The
 /// caller, who knows all materials, reads `displacement`.
 pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
     const WAYS: [&str; 3] = ["shader", "osl", "group"];
@@ -35,6 +35,9 @@ pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Material, Error> {
         for (name, value) in params.table()?.entries() {
             material.params.retain(|(other, _)| other != name);
             material.params.push((name.to_string(), param(&value)?));
+            if let Some(from) = &mut material.package {
+                from.params_at.push((name.to_string(), value.at()));
+            }
         }
     }
     if let Some(names) = table.get("interactive") {
@@ -74,6 +77,13 @@ fn of_group(text: &Value<'_>, name: &str) -> Result<Material, Error> {
 /// The shader `wanted`, which `shader` names.
 fn by_name(shader: &Value<'_>, wanted: &str, name: &str) -> Result<Material, Error> {
     let folder = shader.text.path.parent().unwrap_or(Path::new("")).to_owned();
+    if let Some((package, shader_name)) = shader_file::in_package(wanted) {
+        let mut material = Material::from_package(name, &folder.join(package), shader_name);
+        if let Some(from) = &mut material.package {
+            from.at = shader.at();
+        }
+        return Ok(material);
+    }
     if shader_file::is_shader(Path::new(wanted)) {
         return of_file(folder.join(wanted), name);
     }

@@ -10,6 +10,7 @@ mod geometry;
 mod material;
 mod mtl;
 mod obj;
+mod places;
 mod ply;
 pub mod shapes;
 mod shipped;
@@ -21,6 +22,7 @@ pub use error::{Error, Location, MeshFile};
 pub use file::{load, parse};
 /// The vectors and maps that scenes are made of.
 pub use glam::{DAffine3, DVec3, Vec2, Vec3};
+pub use places::{Place, Places};
 pub use shipped::{names, shipped};
 
 use std::path::PathBuf;
@@ -52,6 +54,8 @@ pub struct Scene {
     pub shaders: Vec<PathBuf>,
     /// What `getattribute` finds anywhere, also as those of the object `global`.
     pub attributes: Attributes,
+    /// Where its parts stand in its file.
+    pub places: Places,
 }
 
 /// Named values for `getattribute`.
@@ -182,8 +186,10 @@ pub struct Material {
     pub name: String,
     /// The OSL file, for messages and relative includes.
     pub path: PathBuf,
-    /// OSL source text.
+    /// OSL source text; empty of a shader in a package.
     pub source: String,
+    /// `path` is a package of compiled shaders; which of them.
+    pub package: Option<FromPackage>,
     /// Parameter values by name.
     pub params: Vec<(String, ParamValue)>,
     /// The material whose displacement shader moves the vertices of what has this one.
@@ -197,6 +203,24 @@ pub struct Material {
     pub interactive: Vec<String>,
     /// What `getattribute` finds on what has the material.
     pub attributes: Attributes,
+}
+
+/// A compiled shader in a package, and where the scene names it.
+#[derive(Clone, Debug)]
+pub struct FromPackage {
+    /// Its name; `None`: the only one.
+    pub shader: Option<String>,
+    /// Where it is named.
+    pub at: Location,
+    /// Where parameters get their values.
+    pub params_at: Vec<(String, Location)>,
+}
+
+impl FromPackage {
+    /// Where a parameter gets its value.
+    pub fn param_at(&self, name: &str) -> &Location {
+        self.params_at.iter().rev().find(|(n, _)| n == name).map_or(&self.at, |(_, at)| at)
+    }
 }
 
 /// A parameter value; how it fits the declared type is for the compiler to check.

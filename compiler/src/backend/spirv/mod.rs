@@ -17,6 +17,7 @@ mod lobes;
 mod module;
 mod records;
 mod stmt;
+mod words;
 mod writer;
 
 use super::Entry;
@@ -40,11 +41,13 @@ impl Width {
 }
 
 /// A shader as SPIR-V.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Spirv {
     /// The module whose reals are 32-bit floats: words in the host's order.
+    #[serde(with = "words")]
     pub single: Vec<u32>,
     /// The module whose reals are 64-bit floats.
+    #[serde(with = "words")]
     pub double: Vec<u32>,
     /// OpenCL C that the module is linked with, in place of the artifact's code: what the module imports, and the
     /// artifact's entry, which calls it. In front of it belong the same macros.

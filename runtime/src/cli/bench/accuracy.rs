@@ -3,7 +3,6 @@
 use super::super::args::AccuracyArgs;
 use super::super::{Error, cache, render, terminal};
 use oslcl_runtime::cache::default_root;
-use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::measure::{Estimate, pareto, plot};
 use oslcl_runtime::scene::{Film, Scene};
@@ -25,7 +24,7 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Error> {
     };
     std::fs::create_dir_all(&args.output)
         .map_err(|cause| files::Error { path: args.output.clone(), cause: cause.into() })?;
-    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
     let study = study::run(&scene, &device, &effort, &mut |what| terminal::progress(what));
     terminal::progress("");
     let study = study.map_err(|error| match error {

@@ -6,7 +6,6 @@
 
 use super::super::args::{StartArg, StartupArgs};
 use super::super::{Error, cache, render, terminal};
-use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::render::Options;
 use oslcl_runtime::scene::{ParamValue, Scene};
@@ -140,7 +139,7 @@ fn one(args: &StartupArgs, path: &Path, start: StartArg) -> Result<(), Error> {
     scene.integrator.samples = 1;
     let load = timer.elapsed();
     let timer = Instant::now();
-    let device = Device::open(args.device.as_deref())?.with_cache(cache::of(&args.cache));
+    let device = cache::device(args.device.as_deref(), &args.cache)?;
     let context = timer.elapsed();
     let made = Session::new(&scene, &device, &Options::default());
     let rendered = made.and_then(|mut session| {
