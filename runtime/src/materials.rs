@@ -73,6 +73,11 @@ pub struct Compiled {
 }
 
 impl Compiled {
+    /// The point clouds that materials on surfaces and around them look into.
+    pub fn cloud_names(&self) -> BTreeSet<&str> {
+        self.artifacts.iter().flatten().flat_map(|a| a.point_clouds.iter().map(String::as_str)).collect()
+    }
+
     /// The texture files that can be looked up, each once, with the materials' artifacts that do.
     pub fn texture_files(&self) -> BTreeSet<&str> {
         let artifacts = self.artifacts.iter().chain(&self.displacements).flatten();
@@ -205,13 +210,14 @@ pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road, explain:
     Ok(compiled)
 }
 
-/// What is wrong with texture files that a shader needs: the file, the shader, the cause.
+/// What is wrong with texture files and point clouds that a shader needs: the file, the shader, the cause.
 pub(crate) fn missing<'a>(library: &'a Library, artifact: &'a Artifact) -> impl Iterator<Item = String> + 'a {
     let needed = artifact.textures.iter().filter(|t| t.must_exist);
-    needed.filter_map(|t| {
+    let textures = needed.filter_map(|t| {
         let cause = library.complaint(&t.file)?;
         Some(format!("texture `{}` of shader `{}` counts as black: {cause}", t.file, artifact.name))
-    })
+    });
+    textures.chain(library.points().complaints(&artifact.point_clouds, &artifact.name))
 }
 
 /// The packages of the materials that are used, each read once.
@@ -303,6 +309,7 @@ fn compile_one(settings: &Settings<'_>, index: usize, role: Role) -> Result<Made
         file_name: material.path.to_string_lossy().into_owned(),
         bindings: material.params.iter().map(|(name, value)| (name.clone(), binding(value))).collect(),
         entry,
+        before_geometry: matches!(role, Role::Displacement(_)),
         textures: Some(library.access()),
         spirv: settings.road == Road::Spirv,
         explain: settings.explain,

@@ -11,7 +11,7 @@ use crate::roads::Road;
 use crate::scene::{self, MaterialId, Scene};
 use crate::session::Session;
 use crate::wavefront::Counts;
-use crate::{accel, device, displace, package, programs, textures, told, vertex_data};
+use crate::{accel, device, displace, package, points, programs, textures, told, traced, vertex_data};
 use oslcl_compiler::Radiance;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -40,6 +40,9 @@ pub enum Error {
     /// What came back as messages is none.
     #[error(transparent)]
     Messages(#[from] oslcl_compiler::messages::Damaged),
+    /// The point clouds can't be held.
+    #[error(transparent)]
+    Points(#[from] points::Error),
     /// The textures can't be held.
     #[error(transparent)]
     Textures(#[from] textures::Error),
@@ -191,6 +194,7 @@ pub(crate) fn plan_for(
     }
     let plan = Plan::new(written, scene, &compiled.artifacts, choices);
     compiled.warnings.extend(plan.warnings());
+    compiled.warnings.extend(traced::warnings(scene, &compiled.artifacts));
     Ok((plan, compiled))
 }
 

@@ -8,11 +8,13 @@
 use crate::accel::{AliasTable, Geometry, row_major};
 use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
 use crate::plan::{BufferId, Constant, Counter, Effect, Plan, Setting, Stage};
+use crate::points;
 use crate::precision::Precision;
 use crate::programs::Kernels;
 use crate::scene::{Filter, MaterialId, Scene};
 use crate::shade::numbers;
 use crate::textures::Packed;
+use crate::traced::Traced;
 use crate::vertex_data::Table;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
@@ -54,6 +56,10 @@ pub struct Supplied<'a> {
     pub(crate) userdata: &'a Table,
     /// The numbers of interactive parameters, and which are ints.
     pub(crate) interactive: &'a [(f64, bool)],
+    /// What rays that shaders trace know of objects.
+    pub(crate) traced: &'a Traced,
+    /// The point clouds.
+    pub clouds: &'a points::Packed,
 }
 
 /// How a scene is spread over a device.
@@ -203,6 +209,9 @@ impl<'a> Wavefront<'a> {
                 device.upload(name, &numbers::<f64>(s.interactive))
             }
             BufferId::Interactive => device.upload(name, &numbers::<f32>(s.interactive)),
+            BufferId::TraceSets => device.upload(name, &s.traced.sets),
+            BufferId::TraceNames => device.upload(name, &s.traced.names),
+            BufferId::PointClouds => device.upload(name, &s.clouds.words),
             BufferId::Messages => {
                 let mut messages = empty()?;
                 device.write(&mut messages, &[0, MESSAGE_WORDS])?;
@@ -486,6 +495,9 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
         BufferId::Userdata => words(s.userdata.values.len()),
         BufferId::UserdataPlaces => words(s.userdata.places.len()),
         BufferId::Interactive => reals(s.interactive.len() as u64),
+        BufferId::TraceSets => words(s.traced.sets.len()),
+        BufferId::TraceNames => words(s.traced.names.len()),
+        BufferId::PointClouds => words(s.clouds.words.len()),
     }
 }
 

@@ -124,6 +124,12 @@ const WALLS: &[Wall] = &[
         except: &[],
     },
     Wall {
+        place: "runtime/src/points",
+        forbidden: &["crate::scene", "crate::plan", "crate::device", "crate::wavefront"],
+        why: "point clouds are files, and words for any device",
+        except: &[],
+    },
+    Wall {
         place: "runtime/src/scene",
         forbidden: &["crate::device", "crate::plan", "crate::accel", "oslcl_compiler"],
         why: "a scene is data",

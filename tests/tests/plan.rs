@@ -81,6 +81,22 @@ fn each_effect_is_asked_for_by_what_needs_it() {
         &wall_of("surface d(int say = 0) { if (say) printf(\"x\"); Ci = diffuse(N); }"),
         &["surfaces", "lobe_diffuse"],
     );
+    check(&wall_of("surface d() { Ci = trace(P, N) * diffuse(N); }"), &["surfaces", "lobe_diffuse", "traces"]);
+    check(
+        &wall_of(
+            "surface d() { float u; string n; trace(P, N, \"traceset\", \"-a\"); getmessage(\"trace\", \"u\", u);
+                getmessage(\"trace\", \"geom:name\", n); Ci = (u + (n == \"a\")) * diffuse(N); }",
+        ),
+        &["surfaces", "lobe_diffuse", "traces", "trace_sets", "trace_names", "uvs"],
+    );
+    check(
+        &wall_of("surface d() { Ci = pointcloud_search(\"a.geo\", P, 1, 1) * diffuse(N); }"),
+        &["surfaces", "lobe_diffuse", "point_clouds"],
+    );
+    check(
+        &wall_of("surface d(int on = 0) { Ci = on && trace(P, N) ? 0 : diffuse(N); }"),
+        &["surfaces", "lobe_diffuse"],
+    );
 }
 
 #[test]
@@ -141,7 +157,7 @@ fn text_of(scene: &Scene) -> String {
 }
 
 /// Symbols of effects.
-const SYMBOLS: [&str; 36] = [
+const SYMBOLS: [&str; 44] = [
     "#define HAS_LIGHTS",
     "#define HAS_ENVIRONMENT",
     "#define HAS_NORMALS",
@@ -156,6 +172,14 @@ const SYMBOLS: [&str; 36] = [
     "#define HAS_OTHER_SPACES",
     "#define HAS_USERDATA",
     "#define MATERIAL_INTERACTIVE",
+    "#define HAS_TRACES",
+    "#define HAS_TRACE_SETS",
+    "#define HAS_TRACE_NAMES",
+    "*trace_sets,",
+    "*trace_names,",
+    "#define HAS_POINT_CLOUDS",
+    "*clouds,",
+    "int cloud_nearest(",
     "#define HAS_LOBE_SHEEN",
     "#define HAS_LOBE_DIELECTRIC",
     "#define HAS_LOBE_THIN_FILM",
@@ -190,6 +214,10 @@ fn what_is_off_has_no_macro_no_buffer_and_no_queue() {
     let mut scene = wall_of(
         "surface d(float s = 0 [[ int lockgeom = 0 ]]) {
             printf(\"%g\", s);
+            string met;
+            trace(P, N, \"traceset\", \"a\");
+            getmessage(\"trace\", \"geom:name\", met);
+            if (met == \"a\" && pointcloud_search(\"a.geo\", P, 1, 1)) return;
             point p = transform(\"raster\", P);
             Ci = Dx(P) * diffuse(N) + u * emission() + microfacet(\"ggx\", N, 0.1, 1.5, 0)
                 + (color)texture(\"a.tif\", p[0], p[1]) * sheen_bsdf(N, color(1), 0.5)

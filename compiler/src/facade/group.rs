@@ -13,7 +13,7 @@ use crate::dictionary::Documents;
 use crate::interp;
 use crate::ir::{Const, Inst, Shader};
 use crate::messages::PLACE;
-use crate::passes::{self, Target, link};
+use crate::passes::{self, Rays, Target, link};
 use crate::source::{FileId, SourceMap};
 use crate::textures::TextureAccess;
 use link::{Connection, Hints};
@@ -97,6 +97,7 @@ impl Group {
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
             ray_types: options.ray_types,
+            before_geometry: options.before_geometry,
         };
         for layer in &self.layers {
             let settings = layer.bindings.iter().map(|b| link::Setting {
@@ -144,6 +145,7 @@ pub(super) struct Parts<'a> {
     attributes: Attributes,
     documents: Option<Documents>,
     ray_types: Option<u32>,
+    before_geometry: bool,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
@@ -168,6 +170,7 @@ impl<'a> Parts<'a> {
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
             ray_types: options.ray_types,
+            before_geometry: options.before_geometry,
         }
     }
 
@@ -203,6 +206,11 @@ impl<'a> Parts<'a> {
             sources: Some(&files.sources),
             grid,
             ray_types: self.ray_types,
+            rays: match grid {
+                _ if self.before_geometry => Rays::Nothing,
+                true => Rays::Pretended,
+                false => Rays::Scene,
+            },
         }
     }
 

@@ -111,6 +111,8 @@ pub struct Options {
     pub closures: Vec<vendor::Mapping>,
     /// What to write.
     pub entry: Entry,
+    /// It runs before there is anything that rays could meet, as displacement shaders do: `trace` finds nothing, with a warning.
+    pub before_geometry: bool,
     /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
     /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
     pub userdata: Option<Vec<Userdata>>,
@@ -153,6 +155,7 @@ impl Default for Options {
             range_checks: false,
             closures: Vec::new(),
             entry: Entry::Material,
+            before_geometry: false,
             userdata: None,
             interactive: false,
             interactive_names: Vec::new(),

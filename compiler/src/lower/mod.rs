@@ -15,6 +15,7 @@ mod expr;
 mod host;
 mod noise;
 mod place;
+mod points;
 mod range;
 mod spaces;
 mod special;

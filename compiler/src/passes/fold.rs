@@ -10,7 +10,9 @@ use super::unroll;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::interp::{self, ops};
-use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, UnaryOp, ValueId};
+use crate::ir::{
+    Arg, BinaryOp, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, UnaryOp, ValueId,
+};
 use crate::source::Span;
 use std::collections::HashMap;
 

@@ -173,11 +173,15 @@ impl Front {
         };
         let moves = Entry::Grid(displace::OUTPUTS.map(str::to_owned).to_vec());
         let main_entry = if info.kind == "displacement" { moves.clone() } else { Entry::Material };
-        let (output, no_spirv) = with_spirv(&self.scene, Options { entry: main_entry, ..options.clone() })?;
+        let before_geometry = info.kind == "displacement";
+        let main_options = Options { entry: main_entry, before_geometry, ..options.clone() };
+        let (output, no_spirv) = with_spirv(&self.scene, main_options)?;
         let main = Form { artifact: output.artifact, no_spirv };
         // What can be both may still be no use as the other one.
         let mover = match info.kind.as_str() {
-            "shader" => with_spirv(&self.scene, Options { entry: moves, ..options.clone() }).ok(),
+            "shader" => {
+                with_spirv(&self.scene, Options { entry: moves, before_geometry: true, ..options.clone() }).ok()
+            }
             _ => None,
         };
         let at_points = Options {

@@ -134,6 +134,9 @@ pub enum BufferId {
     Userdata,
     UserdataPlaces,
     Interactive,
+    TraceSets,
+    TraceNames,
+    PointClouds,
 }
 
 /// Id, name in the kernels, C type, and which effects call for it (none: always).
@@ -169,6 +172,9 @@ const BUFFERS: &[BufferRow] = &[
     (BufferId::Userdata, "userdata", "__global const float *", &[Userdata, Attributes]),
     (BufferId::UserdataPlaces, "userdata_places", "__global const uint *", &[Userdata, Attributes]),
     (BufferId::Interactive, "interactive", "__global const real *", &[Interactive]),
+    (BufferId::TraceSets, "trace_sets", "__global const uint *", &[TraceSets]),
+    (BufferId::TraceNames, "trace_names", "__global const uint *", &[TraceNames]),
+    (BufferId::PointClouds, "clouds", "__global const uint *", &[PointClouds]),
 ];
 
 /// A setting: an unsigned int that kernels read.
