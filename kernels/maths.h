@@ -6,9 +6,10 @@
 // per lane. In f64, on devices without a fast fma, and with OSLCL_DRIVER_MATH, they are the driver's; in f32 with
 // OSLCL_NATIVE_MATH its native ones, where there are such, with errors that nobody bounds.
 //
-// Largest error in f32, in units in the last place, over all finite arguments (measured, docs/reports/maths.md):
+// Largest error in f32, in units in the last place, over all finite arguments (tests/tests/maths.rs):
 //   sin cos 1.6 (2.7 beyond 1e5) . tan 2.7 (3.5 beyond) . asin 2.3 . acos atan atan2 1.6 . exp exp2 1.1 . expm1 1.6
 //   log log2 log10 1 . pow 3.3 (1 while |y| < 16) . sinh cosh tanh 2.8 . cbrt 1 . erf 2.2 . erfc 4
+// With OSLCL_FAST (`precision = fast`) the most used are shorter: maths_fast.h.
 // Next to a multiple of pi the error of sin and cos stays below 2^-47, not below those ulp of the result.
 //
 // Methods: Cody and Waite, "Software Manual for the Elementary Functions", 1980 (reductions); Payne and Hanek, SIGNUM
@@ -75,9 +76,16 @@ static inline void m_sincos(real x, real *s, real *c) {
 __constant uint M_TWO_OVER_PI[8] = {0u,          0xa2f9836eu, 0x4e441529u, 0xfc2757d1u,
                                     0xf534ddc0u, 0xdb629599u, 0x3c439041u, 0xfe5163abu};
 
+// What is seldom called must not keep its callers from being inlined: that is a fifth of a procedural material's time on PoCL.
+#if defined(OSLCL_FAST) && !defined(__NV_CL_C_VERSION)
+#define M_SELDOM static __attribute__((noinline))
+#else
+#define M_SELDOM static inline
+#endif
+
 // x modulo pi/2 for |x| >= 2^16 (Payne and Hanek): the mantissa times those 96 bits of 2/pi whose products are neither
 // multiples of 4 nor below the precision. Infinities and NaN give NaN.
-static inline float m_reduce_large(float x, int *quadrant) {
+M_SELDOM float m_reduce_large(float x, int *quadrant) {
     uint bits = as_uint(x);
     int exponent = (int)((bits >> 23) & 255u) - 150;
     ulong mantissa = (bits & 0x7fffffu) | 0x800000u;
@@ -99,6 +107,9 @@ static inline float m_reduce_large(float x, int *quadrant) {
     return exponent == 105 ? x - x : r;
 }
 
+#ifdef OSLCL_FAST
+#include "maths_fast.h"
+#else
 // x = quadrant * pi/2 + result, |result| <= pi/4.
 static inline float m_reduce(float x, int *quadrant) {
     if (!(fabs(x) < 1e5)) return m_reduce_large(x, quadrant);
@@ -161,6 +172,7 @@ static inline float m_atan_reduced(float t) {
     p = fma(fma(p, z, 1.999853104e-01), z, -3.333329856e-01);
     return fma(t * z, p, t);
 }
+#endif
 
 static inline float m_atan(float x) {
     float a = fabs(x);
@@ -218,12 +230,14 @@ static inline float m_exp_reduced(float x, int *n) {
     return fma(r * r, fma(p, r, 0.5), r);
 }
 
+#ifndef OSLCL_FAST
 static inline float m_exp(float x) {
     int n;
     x = x > 89 ? 89 : (x < -104.5 ? -104.5 : x);
     float p = m_exp_reduced(x, &n);
     return m_scale(p + 1, n);
 }
+#endif
 
 static inline float m_expm1(float x) {
     int n;
@@ -234,6 +248,7 @@ static inline float m_expm1(float x) {
     return n == 0 ? p : r;
 }
 
+#ifndef OSLCL_FAST
 // 2^(x + low).
 static inline float m_exp2_sum(float x, float low) {
     x = x > 129 ? 129 : (x < -151 ? -151 : x);
@@ -245,6 +260,7 @@ static inline float m_exp2_sum(float x, float low) {
 }
 
 static inline float m_exp2(float x) { return m_exp2_sum(x, 0); }
+#endif
 
 static inline float m_sinh(float x) {
     float a = fabs(x);
@@ -265,6 +281,8 @@ static inline float m_tanh(float x) {
 }
 
 // ---- Logarithms -----------------------------------------------------------------------------------------------------
+
+#ifndef OSLCL_FAST
 
 // x = 2^result * (1 + f), 1 + f in [sqrt(1/2), sqrt(2)); for positive finite x.
 static inline float m_split_log(float x, float *f) {
@@ -348,6 +366,7 @@ static inline float m_pow(float x, float y) {
     r = x != x || y != y ? x + y : r;
     return y == 0 || x == 1 ? 1 : r;
 }
+#endif
 
 // ---- Others ---------------------------------------------------------------------------------------------------------
 

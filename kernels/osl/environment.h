@@ -53,7 +53,7 @@ static inline real3 environment_lookup(__global const uint *data, int channels, 
     TextureLevels levels = {-1, -1, 0, 0};
     for (int m = 0; m < texture_levels(&x); m++) {
         // Half a turn from pole to pole.
-        const real texels = (real)texture_height(&x, m) * minor / (real)PI;
+        const real texels = TEXTURE_BIASED((real)texture_height(&x, m) * minor / (real)PI);
         if (texels <= 1) {
             levels.fine = m - 1;
             levels.coarse = m;
@@ -70,7 +70,7 @@ static inline real3 environment_lookup(__global const uint *data, int channels, 
             const real share = k == 0 ? 1 - levels.share : levels.share;
             if (share == 0) continue;
             const int level = k == 0 ? levels.fine : levels.coarse;
-            int how = MODE_INTERP(mode);
+            int how = TEXTURE_INTERP(mode);
             if (how == INTERP_SMART)
                 how = level == 0 || texture_height(&x, level) < natural / 2 ? INTERP_CUBIC : INTERP_LINEAR;
             texture_sample(&x, how, level, st.x, st.y, share / (real)count, 1, &sum);

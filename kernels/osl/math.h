@@ -48,6 +48,13 @@ static inline real osl_quotient(real a, real b) {
 // Within float's finite range; NaN stays.
 static inline real osl_finite(real x) { return x > FLT_MAX ? FLT_MAX : (x < -FLT_MAX ? -FLT_MAX : x); }
 
+// The same of a power: those of maths_fast.h are finite.
+#ifdef OSLCL_MATHS_FAST_H
+static inline real osl_finite_power(real x) { return x; }
+#else
+static inline real osl_finite_power(real x) { return osl_finite(x); }
+#endif
+
 // The argument of a logarithm.
 static inline real osl_log_argument(real x) { return x > FLT_MIN ? (x < FLT_MAX ? x : FLT_MAX) : FLT_MIN; }
 
@@ -96,13 +103,13 @@ static inline void osl_sincos_n_vovov(real3 x, real3 *s, real3 *c) {
 // ---- Powers and logarithms ------------------------------------------------------------------------------------------
 
 static inline real osl_pow_f_ff(real x, real y) {
-    real r = osl_finite(m_pow(x, y));
+    real r = osl_finite_power(m_pow(x, y));
     int no_value = x == 0 || (x < 0 && y != floor(y));
     return y == 0 ? 1 : (no_value ? 0 : (y == 1 ? x : r));
 }
 
-static inline real osl_exp_f_f(real x) { return osl_finite(m_exp(x)); }
-static inline real osl_exp2_f_f(real x) { return osl_finite(m_exp2(x)); }
+static inline real osl_exp_f_f(real x) { return osl_finite_power(m_exp(x)); }
+static inline real osl_exp2_f_f(real x) { return osl_finite_power(m_exp2(x)); }
 static inline real osl_expm1_f_f(real x) { return osl_finite(m_expm1(x)); }
 static inline real osl_log_f_f(real x) { return m_log(osl_log_argument(x)); }
 static inline real osl_log_f_ff(real x, real base) { return osl_quotient(osl_log_f_f(x), osl_log_f_f(base)); }

@@ -76,7 +76,7 @@ static inline TextureLevels texture_choose(const Texture *x, TextureEllipse *e)
     TextureLevels l = {-1, -1, 0, 0};
     const int levels = texture_levels(x);
     for (int m = 0; m < levels; m++) {
-        const real texels = e->minor * (real)min(texture_width(x, m), texture_height(x, m));
+        const real texels = TEXTURE_BIASED(e->minor * (real)min(texture_width(x, m), texture_height(x, m)));
         if (texels <= 1) {
             l.fine = m - 1;
             l.coarse = m;
@@ -152,7 +152,7 @@ static inline real3 texture_lookup(__global const uint *data, int channels, int 
     const real2 scale = (real2)(as_float(sub[SUB_SSCALE]), as_float(sub[SUB_TSCALE]));
     s = s * scale.x + as_float(sub[SUB_SOFFSET]);
     t = t * scale.y + as_float(sub[SUB_TOFFSET]);
-    const TextureSum sum = texture_filter(&x, MODE_INTERP(mode), s, t, dx * scale, dy * scale, width, blur);
+    const TextureSum sum = texture_filter(&x, TEXTURE_INTERP(mode), s, t, dx * scale, dy * scale, width, blur);
     return by == 0 ? texture_filled(&x, &sum, fill) : by == 1 ? sum.ds : sum.dt;
 }
 

@@ -24,7 +24,7 @@ static inline real3 texture3d_lookup(__global const uint *data, int channels, in
     const int rwrap = MODE_RWRAP(mode);
     TextureSum sum = texture_nothing();
     real u, v, w;
-    if (MODE_INTERP(mode) == INTERP_CLOSEST) {
+    if (TEXTURE_INTERP(mode) == INTERP_CLOSEST) {
         int i = texture_floor(column, &u), j = texture_floor(row, &v), k = texture_floor(P.z, &w);
         if (by == 0 && texture_wrap(x.swrap, &i, width) && texture_wrap(x.twrap, &j, height) &&
             texture_wrap(rwrap, &k, 1)) {

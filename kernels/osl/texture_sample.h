@@ -8,6 +8,18 @@
 
 #include "osl/texture_data.h"
 
+// The renderer may overrule what lookups say, and shift the levels of detail: docs/accuracy.md.
+#ifdef TEXTURE_FILTER
+#define TEXTURE_INTERP(mode) TEXTURE_FILTER
+#else
+#define TEXTURE_INTERP(mode) MODE_INTERP(mode)
+#endif
+#ifdef TEXTURE_MIP_SCALE
+#define TEXTURE_BIASED(texels) ((texels) * (real)TEXTURE_MIP_SCALE)
+#else
+#define TEXTURE_BIASED(texels) (texels)
+#endif
+
 // What samples add up to.
 typedef struct {
     real3 value, ds, dt;

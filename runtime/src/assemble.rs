@@ -24,6 +24,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "lobe.h",
     "lobe_state.h",
     "maths.h",
+    "maths_fast.h",
     "path_random.h",
     "random.h",
     "real.h",

@@ -7,7 +7,7 @@ mod table;
 mod values;
 
 pub use table::{PROFILES, Row, TABLE, markdown};
-pub use values::{Intersection, LightChoice, Maths, PathState, Sampler, TreeQuality};
+pub use values::{Intersection, LightChoice, Maths, MipBias, PathState, Sampler, TextureFilter, TreeQuality};
 
 use crate::plan::{Effect, Overrides};
 use crate::precision::Precision;
@@ -30,6 +30,10 @@ pub struct Choices {
     pub lights: LightChoice,
     /// Columns of the map by which the environment is sampled; half as many rows.
     pub environment_map: u32,
+    /// Interpolation of textures.
+    pub texture_filter: TextureFilter,
+    /// Levels of detail that lookups of textures are off by.
+    pub texture_mip_bias: MipBias,
     /// Trees over triangles.
     pub tree: TreeQuality,
     /// Longest path in edges; `None`: the scene's.
@@ -50,6 +54,8 @@ impl Default for Choices {
             sampler: Sampler::default(),
             lights: LightChoice::default(),
             environment_map: 512,
+            texture_filter: TextureFilter::default(),
+            texture_mip_bias: MipBias::default(),
             tree: TreeQuality::default(),
             depth: None,
             roulette: None,
@@ -140,6 +146,11 @@ impl Choices {
                 }
                 self.environment_map = columns;
             }
+            ("texture_filter", "shader") => self.texture_filter = TextureFilter::Shader,
+            ("texture_filter", "closest") => self.texture_filter = TextureFilter::Closest,
+            ("texture_filter", "bilinear") => self.texture_filter = TextureFilter::Bilinear,
+            ("texture_filter", "bicubic") => self.texture_filter = TextureFilter::Bicubic,
+            ("texture_mip_bias", _) => self.texture_mip_bias = MipBias::parse(value).ok_or_else(refuse)?,
             ("tree", "auto") => self.tree = TreeQuality::Auto,
             ("tree", "fast") => self.tree = TreeQuality::Fast,
             ("tree", "medium") => self.tree = TreeQuality::Medium,
@@ -203,6 +214,19 @@ impl Choices {
         };
         let sampler = (self.sampler == Sampler::Sobol).then_some("SAMPLER_SOBOL");
         [maths, intersection, sampler].into_iter().flatten().map(str::to_owned).collect()
+    }
+
+    /// The macros of programs that look textures up: those of all interpolations that are compiled go with the effects.
+    pub fn texture_macros(&self) -> Vec<String> {
+        let filter = match self.texture_filter {
+            TextureFilter::Shader => None,
+            TextureFilter::Closest => Some("TEXTURE_FILTER INTERP_CLOSEST".to_owned()),
+            TextureFilter::Bilinear => Some("TEXTURE_FILTER INTERP_LINEAR".to_owned()),
+            TextureFilter::Bicubic => Some("TEXTURE_FILTER INTERP_CUBIC".to_owned()),
+        };
+        let bias = self.texture_mip_bias;
+        let bias = (bias != MipBias::default()).then(|| format!("TEXTURE_MIP_SCALE {:?}", bias.levels().exp2() as f32));
+        filter.into_iter().chain(bias).collect()
     }
 }
 

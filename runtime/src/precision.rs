@@ -19,7 +19,7 @@ impl Precision {
     /// The options of every program that works in this precision.
     pub fn build_options(self) -> &'static str {
         match self {
-            Precision::Fast => "-cl-std=CL1.2 -cl-single-precision-constant -cl-fast-relaxed-math",
+            Precision::Fast => "-cl-std=CL1.2 -cl-single-precision-constant -cl-fast-relaxed-math -D OSLCL_FAST",
             Precision::Standard => "-cl-std=CL1.2 -cl-single-precision-constant",
             Precision::Reference => "-cl-std=CL1.2 -D OSLCL_F64",
         }

@@ -59,6 +59,16 @@ pub const TABLE: &[Row] = &[
                take longer to make and miss the cache.",
     },
     Row {
+        name: "texture_filter",
+        values: &["shader", "closest", "bilinear", "bicubic"],
+        text: "Between texels: as the shader's lookup says; for all lookups the closest texel, 2 x 2, or 4 x 4.",
+    },
+    Row {
+        name: "texture_mip_bias",
+        values: &["0", "a number from -16 to 16"],
+        text: "Levels of detail by which lookups are coarser (fewer texels from far apart, blurred) or finer (sharper, more noise).",
+    },
+    Row {
         name: "tree",
         values: &["auto", "fast", "medium", "slow"],
         text: "Trees over triangles: quick to build or quick to trace. Never changes a picture but by rounding.",

@@ -67,3 +67,37 @@ pub enum TreeQuality {
     /// Quick to trace.
     Slow,
 }
+
+/// How textures are interpolated between texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum TextureFilter {
+    /// As each lookup says.
+    #[default]
+    Shader,
+    /// The closest texel.
+    Closest,
+    /// Linearly, of 2 x 2.
+    Bilinear,
+    /// By cubics, of 4 x 4.
+    Bicubic,
+}
+
+/// A number of levels of detail, in thousandths: positive is coarser.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct MipBias(i32);
+
+impl MipBias {
+    /// Most levels either way.
+    const MOST: f64 = 16.0;
+
+    /// Reads a number from -16 to 16.
+    pub fn parse(text: &str) -> Option<MipBias> {
+        let levels = text.parse::<f64>().ok().filter(|x| x.abs() <= MipBias::MOST)?;
+        Some(MipBias((1000.0 * levels).round() as i32))
+    }
+
+    /// Levels of detail.
+    pub fn levels(self) -> f64 {
+        f64::from(self.0) / 1000.0
+    }
+}

@@ -5,7 +5,7 @@
 use super::asker::Asker;
 use super::overrides::Overrides;
 use crate::accel;
-use crate::choices::Choices;
+use crate::choices::{Choices, TextureFilter};
 use crate::scene::{Filter, MaterialId, Scene};
 use oslcl_compiler::attributes::asked;
 use oslcl_compiler::{Artifact, Radiance, reflect};
@@ -262,6 +262,7 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], choices: &Ch
     if double {
         ask(DoublePrecision, Asker::setting("precision", "reference"));
     }
+    overrule_filters(choices.texture_filter, &mut asked);
     let overrides = &choices.overrides;
     let decide = |(effect, asked_by): (&Effect, Vec<Asker>)| Decision {
         effect: *effect,
@@ -270,6 +271,21 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], choices: &Ch
         removed: overrides.removes(*effect),
     };
     Effect::ALL.iter().zip(asked).map(decide).collect()
+}
+
+/// Where the user says how textures are interpolated, what shaders say does not count.
+fn overrule_filters(filter: TextureFilter, asked: &mut [Vec<Asker>]) {
+    let forced = match filter {
+        TextureFilter::Shader => return,
+        TextureFilter::Bilinear => None,
+        TextureFilter::Closest => Some((TextureClosest, "closest")),
+        TextureFilter::Bicubic => Some((TextureCubic, "bicubic")),
+    };
+    asked[TextureClosest as usize].clear();
+    asked[TextureCubic as usize].clear();
+    if let Some((effect, value)) = forced.filter(|_| !asked[Textures as usize].is_empty()) {
+        asked[effect as usize].push(Asker::setting("texture_filter", value));
+    }
 }
 
 /// What no artifact can ask for any more, because it was removed before materials were compiled.

@@ -3,6 +3,7 @@
 //! In: the effects that are on. Out: which programs to build, from which texts, with which kernels.
 
 use super::{Effect, Plan};
+use crate::choices::TextureFilter;
 use crate::scene::{MaterialId, Scene};
 use crate::{preamble, vertex_data};
 use oslcl_compiler::{Artifact, Radiance};
@@ -116,7 +117,12 @@ fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
     let mut out: Vec<String> = plan.macros().into_iter().filter(|m| !of_others(m)).collect();
     let mut lobes = Vec::new();
     let traces = [Effect::Traces, Effect::TraceSets, Effect::TraceNames];
+    let overruled = plan.choices.texture_filter != TextureFilter::Shader;
     for own in preamble::macros(code) {
+        // How textures are interpolated says the plan then.
+        if overruled && matches!(own.as_str(), "HAS_TEXTURE_CUBIC" | "HAS_TEXTURE_CLOSEST") {
+            continue;
+        }
         // Off also where there is nothing to meet.
         let on = |e: &Effect| [*e, Effect::Traces, Effect::Surfaces].iter().all(|e| plan.has(*e));
         if traces.iter().any(|e| e.macro_name() == own && !on(e)) {
@@ -140,6 +146,9 @@ fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
         if !out.contains(&own) {
             out.push(own);
         }
+    }
+    if !code.textures.is_empty() {
+        out.extend(plan.choices.texture_macros());
     }
     if !lobes.is_empty() {
         out.push(format!("WITHOUT_LOBES ({})", lobes.join(" | ")));
