@@ -36,7 +36,7 @@ pub(super) enum Known {
 }
 
 /// What is known of one local; both `None`: nothing.
-type Facts = (Option<Known>, Option<Vec<Option<Const>>>);
+pub(super) type Facts = (Option<Known>, Option<Vec<Option<Const>>>);
 
 /// What is known at a point. Branches are undone by what they changed, so that one costs what it does, not what is known.
 #[derive(Clone, Default)]
@@ -79,12 +79,12 @@ impl State {
         self.arrays.remove(&local);
     }
 
-    fn enter(&mut self) {
+    pub(super) fn enter(&mut self) {
         self.branches.push(HashMap::new());
     }
 
     /// Ends a branch: what is known is as it was before; what it changed is the result.
-    fn leave(&mut self) -> HashMap<LocalId, Facts> {
+    pub(super) fn leave(&mut self) -> HashMap<LocalId, Facts> {
         let mut changed = HashMap::new();
         for (local, (single, array)) in self.branches.pop().unwrap_or_default() {
             let after = (self.singles.remove(&local), self.arrays.remove(&local));
@@ -101,7 +101,7 @@ impl State {
 
     /// What holds after any of these ways here. A value that was known before is visible after; one made in a branch is
     /// not.
-    fn meet(&mut self, ways: &[HashMap<LocalId, Facts>]) {
+    pub(super) fn meet(&mut self, ways: &[HashMap<LocalId, Facts>]) {
         let mut changed: Vec<LocalId> = ways.iter().flat_map(|w| w.keys().copied()).collect();
         changed.sort_unstable();
         changed.dedup();
