@@ -128,6 +128,9 @@ impl State {
     }
 }
 
+/// Longest array that is known to hold zeros at first.
+const MAX_ZEROS: u32 = 1024;
+
 /// Longest array whose elements are followed.
 const MAX_ARRAY: u32 = 1 << 16;
 
@@ -143,13 +146,19 @@ pub(super) struct Folder<'a> {
 
 impl Folder<'_> {
     fn run(&mut self) {
-        // Variables hold zero until stored; parameters and globals come from outside.
+        // Variables hold zero until stored, and so does what the default of a parameter leaves out; globals come from outside.
         for (i, local) in self.shader.locals.iter().enumerate() {
-            if local.kind == LocalKind::Variable
-                && local.len.is_none()
-                && let Some(zero) = ops::zero(local.ty)
-            {
-                self.state.singles.insert(LocalId(i as u32), Known::Const(zero));
+            let held = match local.kind {
+                LocalKind::Variable => true,
+                LocalKind::Param(p) => self.shader.params.get(p as usize).is_some_and(|p| !p.varying),
+                _ => false,
+            };
+            let Some(zero) = ops::zero(local.ty).filter(|_| held) else { continue };
+            let id = LocalId(i as u32);
+            match local.len {
+                None => _ = self.state.singles.insert(id, Known::Const(zero)),
+                Some(n) if n <= MAX_ZEROS => _ = self.state.arrays.insert(id, vec![Some(zero); n as usize]),
+                Some(_) => {}
             }
         }
         for i in 0..self.shader.params.len() {

@@ -194,7 +194,8 @@ impl Walk<'_> {
         }
         let Some((values, copies)) = self.numbers.sources.as_ref().and_then(|s| s.stored(l)) else { return Can::all() };
         self.inside.push((l, self.computed));
-        let mut can = Can::Few(BTreeSet::new());
+        let partial = self.numbers.sources.as_ref().is_some_and(|s| s.is_partial(l));
+        let mut can = Can::Few(if partial { BTreeSet::from([0]) } else { BTreeSet::new() });
         for v in values {
             let next = self.value(*v);
             can = can.or(next);

@@ -46,9 +46,15 @@ fn closure_call(shader: &Shader, l: &Loop) -> Option<Span> {
     found
 }
 
+/// What only the host answers without looking into a text.
+const QUESTIONS: [&str; 4] = ["unknown_name", "is_constant", "is_connected", "array_length"];
+
 /// Whether it holds a call that only the host can carry out, on something that the loop changes.
 pub(super) fn makes_texts(shader: &Shader, l: &Loop) -> bool {
-    let is_host = |func| builtins::row(func).lowering == Lowering::Host;
+    let is_host = |func| {
+        let row = builtins::row(func);
+        matches!(row.lowering, Lowering::Host | Lowering::InternalHost) && !QUESTIONS.contains(&row.name)
+    };
     let mut changed = HashSet::new();
     let mut varies = HashSet::new();
     let blocks = [&l.head, &l.body, &l.step];
