@@ -49,12 +49,30 @@ static inline void enter_boxes(__global const float4 *n, real3 o, real3 inverse,
     *leave = min(min(max(x.xy, x.zw), max(y.xy, y.zw)), min(max(z.xy, z.zw), (real2)(far))) * (1 + 4 * REAL_EPSILON);
 }
 
+#ifdef HAS_TRACE_SETS
+static inline uint shape_of(const Context *c, uint triangle, uint instance);
+
+// Whether a triangle's object is one of the set: a bit for each set behind the sets' ids.
+static inline int is_in_set(const Context *c, uint triangle, uint instance, uint set)
+{
+    const uint count = c->trace_sets[0], bit = set - 1;
+    if (set == 0) return 1;
+    const uint words = (count + 31) / 32;
+    return (c->trace_sets[1 + count + words * shape_of(c, triangle, instance) + bit / 32] >> (bit % 32)) & 1;
+}
+#endif
+
 // The triangles of a leaf, in the space of an instance; with `any` the first that is met is enough.
 static inline int meet_leaf(const Context *c, uint first, uint count, uint instance, real3 o, const TriangleRay *ray,
                             const int any, Hit *hit)
 {
     int found = 0;
-    for (uint i = 0; i < count && !(any && found); i++) found |= meet_triangle(c->triangles, first + i, o, ray, hit);
+    for (uint i = 0; i < count && !(any && found); i++) {
+#ifdef HAS_TRACE_SETS
+        if (!is_in_set(c, first + i, instance, hit->set)) continue;
+#endif
+        found |= meet_triangle(c->triangles, first + i, o, ray, hit);
+    }
     if (found) hit->instance = instance;
     return found;
 }
@@ -158,6 +176,9 @@ static inline int nearest_hit(const Context *c, real3 o, real3 d, real t_max, Hi
     hit->t = t_max;
     hit->triangle = NO_TRIANGLE;
     hit->instance = 0;
+#ifdef HAS_TRACE_SETS
+    hit->set = 0;
+#endif
     return follow_ray(c, o, d, 0, hit);
 }
 
@@ -166,6 +187,9 @@ static inline int any_hit(const Context *c, real3 o, real3 d, real t_max)
 {
     Hit hit;
     hit.t = t_max;
+#ifdef HAS_TRACE_SETS
+    hit.set = 0;
+#endif
     return follow_ray(c, o, d, 1, &hit);
 }
 

@@ -38,6 +38,12 @@ typedef struct {
     real dudx, dudy, dvdx, dvdy;
     int flip_handedness;  // 1 when raster space and common space turn opposite ways
 #endif
+#ifdef HAS_TRACES
+    // For rays that the shader traces; it does not look at them itself.
+    const void *scene;
+    real3 here;        // P relative to the camera
+    real3 clearance;   // along Ng: here plus or minus it lies clear of the surface
+#endif
     uint point;        // its number among the points shaded together
 #ifdef HAS_MESSAGES
     __global uint *records;  // where what the shader says goes (osl/records.h); 0: nobody listens
@@ -48,6 +54,9 @@ typedef struct {
 #endif
 #ifdef HAS_INTERACTIVE
     __global const real *interactive;
+#endif
+#ifdef HAS_POINT_CLOUDS
+    __global const uint *clouds;   // all point clouds (osl/points.h)
 #endif
 #ifdef HAS_TEXTURES
     __global const uint *textures; // all texture files (osl/texture_data.h)

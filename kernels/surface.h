@@ -26,6 +26,9 @@ static inline void surface_buffers(const Context *c, ShaderGlobals *sg)
 #elif defined(HAS_TEXTURES)
     sg->textures = c->textures;
 #endif
+#ifdef HAS_POINT_CLOUDS
+    sg->clouds = c->clouds;
+#endif
     sg->point = 0;
 #ifdef HAS_MESSAGES
 #ifdef MATERIAL_NUMBER
@@ -198,6 +201,11 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
     footprint_none(sg);
 #endif
     surface_buffers(c, sg);
+#ifdef HAS_TRACES
+    sg->scene = c;
+    sg->here = s.P;
+    sg->clearance = s.offset;
+#endif
     return s;
 }
 
@@ -221,6 +229,11 @@ static inline void environment_point(const Context *c, real3 I, ShaderGlobals *s
     footprint_none(sg);
 #endif
     surface_buffers(c, sg);
+#ifdef HAS_TRACES
+    sg->scene = c;
+    sg->here = -constant_real3(c, CONSTANT_camera_position);
+    sg->clearance = (real3)(0);
+#endif
 }
 
 #endif

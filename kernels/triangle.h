@@ -15,6 +15,9 @@ typedef struct {
     real t, u, v;   // distance in units of the ray's direction; barycentric weights of corners 1 and 2
     uint triangle;  // index into the bottom levels' triangles
     uint instance;  // index of the instance; 0 is what needs no transform
+#ifdef HAS_TRACE_SETS
+    uint set;       // in: the number of the set of objects that count; 0: all do
+#endif
 } Hit;
 
 // Corner 0, 1 or 2 of a triangle.

@@ -39,6 +39,7 @@ pub mod messages;
 pub mod oso;
 pub mod parse;
 pub mod passes;
+pub mod points;
 pub mod preprocess;
 pub mod reflect;
 pub mod source;

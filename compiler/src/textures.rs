@@ -114,6 +114,10 @@ pub trait Textures: Send + Sync {
     fn lookup(&self, lookup: &Lookup<'_>) -> Texel;
     /// The message for a lookup that finds no such file or part; `""` when it does.
     fn error(&self, file: &str, st: [f64; 2], subimage: i32, subimage_name: &str) -> String;
+    /// Who knows point clouds, which are files of the same kind of folders.
+    fn clouds(&self) -> Option<&dyn crate::points::PointClouds> {
+        None
+    }
 }
 
 /// Shared [`Textures`], to be put into options.

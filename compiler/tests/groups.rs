@@ -201,6 +201,22 @@ fn a_layer_that_traces_runs_unasked_when_told_to() {
 }
 
 #[test]
+fn without_a_scene_rays_meet_what_testshade_pretends() {
+    let asks = "shader s(output float h = 0, output float d = 0, output vector n = 0, output string g = \"\") {
+        int hit = 4; float far = 9; normal m = 2; h = trace(point(0, 0, 1), vector(0, 0, 1));
+        h += 10 * getmessage(\"trace\", \"hit\", hit) + 100 * hit;
+        d = getmessage(\"trace\", \"hitdist\", far) + 10 * far;
+        getmessage(\"trace\", \"N\", m); n = m; getmessage(\"trace\", \"geom:name\", g); }";
+    let group = group(&[asks], &[]);
+    let names = ["h", "d", "n"].map(str::to_owned);
+    let at = |u: f64| Globals { u, v: 0.25, ..Globals::default() };
+    let points = group.evaluate_all(&Options::default(), &names, &[at(0.75), at(0.25)]).expect("values");
+    let values = |i: usize| points[i].iter().map(|(_, v)| v.clone()).collect::<Vec<_>>();
+    assert_eq!(values(0), [vec![111.0], vec![6.0], vec![0.75, 0.25, 0.25]]);
+    assert_eq!(values(1), [vec![0.0], vec![90.0], vec![2.0; 3]]);
+}
+
+#[test]
 fn entry_layers_run_instead_of_the_last() {
     let first = "shader s(output float f = 1) { f = 2; }";
     let last = "shader t(output float r = 3) { r = 4; }";

@@ -18,6 +18,9 @@ __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_
 #ifdef HAS_INTERACTIVE
                        , __global const real *interactive
 #endif
+#ifdef HAS_POINT_CLOUDS
+                       , __global const uint *clouds
+#endif
 #ifdef HAS_USERDATA
                        , __global const real *vertex_userdata
 #endif
@@ -58,6 +61,9 @@ __kernel void displace(uint first, uint count, real eye_x, real eye_y, real eye_
 #endif
 #ifdef HAS_TEXTURES
     sg.textures = textures;
+#endif
+#ifdef HAS_POINT_CLOUDS
+    sg.clouds = clouds;
 #endif
     sg.point = first + i;
 #ifdef HAS_MESSAGES

@@ -5,6 +5,7 @@
 #include "lights.h"
 #include "lobe.h"
 #include "surface.h"
+#include "traces.h"
 
 // Radiance from direction I away from the viewer.
 static inline real3 environment_radiance(const Context *c, real3 I)

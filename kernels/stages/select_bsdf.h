@@ -8,6 +8,7 @@
 #include "lobe_state.h"
 #include "path_random.h"
 #include "surface.h"
+#include "traces.h"
 
 #ifdef HAS_SHARED_CUBES
 // Russian roulette with the number that chose the lobe, which so stays one number of an even cube. The probability to go on is

@@ -56,6 +56,9 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #ifdef HAS_INTERACTIVE
                     , __global const real *interactive
 #endif
+#ifdef HAS_POINT_CLOUDS
+                    , __global const uint *clouds
+#endif
                     )
 {
     const uint i = (uint)get_global_id(0);
@@ -83,6 +86,9 @@ __kernel void shade(uint first_row, uint count, uint width, uint height, uint fl
 #endif
 #ifdef HAS_TEXTURES
     sg.textures = textures;
+#endif
+#ifdef HAS_POINT_CLOUDS
+    sg.clouds = clouds;
 #endif
     sg.point = first_row * width + i;
 #ifdef HAS_INTERACTIVE

@@ -5,6 +5,7 @@
 #include "lights.h"
 #include "lobe.h"
 #include "surface.h"
+#include "traces.h"
 
 // Radiance of a triangle at barycentric u, v, seen along I.
 static inline real3 emitted_radiance(const Context *c, uint triangle, uint instance, real u, real v, real3 I)

@@ -14,6 +14,7 @@ macro_rules! embed {
 
 /// Every file of kernels/, by its path there.
 static KERNELS: &[(&str, &str)] = embed![
+    "compensated.h",
     "context.h",
     "cubes.h",
     "geometry.h",
@@ -28,6 +29,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "real.h",
     "strings.h",
     "surface.h",
+    "traces.h",
     "triangle.h",
     "userdata.h",
     "bsdf/albedo.h",
@@ -77,6 +79,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/noise_words.h",
     "osl/ops.h",
     "osl/pattern.h",
+    "osl/points.h",
     "osl/records.h",
     "osl/spline.h",
     "osl/spline_slope.h",
@@ -85,6 +88,7 @@ static KERNELS: &[(&str, &str)] = embed![
     "osl/texture3d.h",
     "osl/texture_data.h",
     "osl/texture_sample.h",
+    "osl/trace.h",
     "stages/accumulate.cl",
     "stages/accumulate.h",
     "stages/displace.cl",

@@ -16,7 +16,7 @@ use crate::shade::{Real, Records, numbers};
 use crate::supplies::Supplies;
 use crate::told::Heard;
 use crate::wavefront::MESSAGE_WORDS;
-use crate::{attributes, preamble, programs, roads, textures, vertex_data};
+use crate::{attributes, points, preamble, programs, roads, textures, vertex_data};
 use oslcl_compiler::Artifact;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -48,6 +48,9 @@ pub enum Error {
     /// What came back as messages is none.
     #[error(transparent)]
     Messages(#[from] oslcl_compiler::messages::Damaged),
+    /// The point clouds can't be held.
+    #[error(transparent)]
+    Points(#[from] points::Error),
     /// The textures can't be held.
     #[error(transparent)]
     Textures(#[from] textures::Error),
@@ -88,7 +91,11 @@ pub(crate) fn apply<'a>(
     let packed_messages = packed.messages;
     let packed = device.upload("textures", &packed.words)?;
     let given = compiled.displacement_values.iter().flat_map(Supplies::strings);
-    let strings: Vec<String> = packed_messages.into_iter().chain(attributes::strings(scene)).chain(given).collect();
+    let names = artifacts.iter().flatten().flat_map(|a| a.point_clouds.iter().map(String::as_str));
+    let clouds = points::pack(compiled.textures.points(), names)?;
+    let strings = packed_messages.into_iter().chain(attributes::strings(scene)).chain(given).chain(clouds.strings);
+    let strings: Vec<String> = strings.collect();
+    let clouds = device.upload("point clouds", &clouds.words)?;
     let mut programs = HashMap::new();
     let mut out = scene.clone();
     for index in 0..scene.instances.len() {
@@ -107,6 +114,7 @@ pub(crate) fn apply<'a>(
             artifact,
             values: &compiled.displacement_values[instance.material.0 as usize],
             textures: &packed,
+            clouds: &clouds,
             speaker: &scene.materials[by].name,
             strings: &strings,
         };
@@ -159,6 +167,7 @@ struct Job<'a> {
     artifact: &'a Artifact,
     values: &'a Supplies,
     textures: &'a Buffer,
+    clouds: &'a Buffer,
     /// Name of the displacement's material.
     speaker: &'a str,
     /// What its messages may hold beside its own strings.
@@ -243,7 +252,11 @@ impl Job<'_> {
                 records.reset(device)?;
             }
             args.extend(records.iter().map(|r| Arg::Buffer(&r.buffer)));
-            args.extend(interactive.iter().chain(&userdata).map(Arg::Buffer));
+            args.extend(interactive.iter().map(Arg::Buffer));
+            if !self.artifact.point_clouds.is_empty() {
+                args.push(Arg::Buffer(self.clouds));
+            }
+            args.extend(userdata.iter().map(Arg::Buffer));
             kernel.launch(device, &args, count.next_multiple_of(GROUP), GROUP)?;
             if let Some(records) = &mut records {
                 let (words, lost) = records.take_what_fits(device)?;

@@ -14,6 +14,10 @@ pub(crate) fn macros(artifact: &Artifact) -> Vec<String> {
         (artifact.state.derivatives, "HAS_DERIVATIVES"),
         (!artifact.sites.is_empty(), "HAS_MESSAGES"),
         (inputs.interactive_slots > 0, "HAS_INTERACTIVE"),
+        (!artifact.point_clouds.is_empty(), "HAS_POINT_CLOUDS"),
+        (artifact.traces.calls, "HAS_TRACES"),
+        (!artifact.traces.sets.is_empty(), "HAS_TRACE_SETS"),
+        (artifact.traces.asked.iter().any(|a| a == "geom:name"), "HAS_TRACE_NAMES"),
     ] {
         if on {
             out.push(name.to_owned());

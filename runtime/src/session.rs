@@ -15,9 +15,10 @@ use crate::render::{self, Error, Options, Progress, Summary};
 use crate::scene::{MaterialId, ParamValue, Scene};
 use crate::supplies::Supplies;
 use crate::told::{self, Heard};
+use crate::traced::{self, Traced};
 use crate::vertex_data::{self, Table};
 use crate::wavefront::{Counts, Spread, Supplied, Wavefront};
-use crate::{attributes, device, displace, roads, textures};
+use crate::{attributes, device, displace, points, roads, textures};
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
@@ -46,6 +47,8 @@ pub struct Session<'a> {
     kernels: Kernels,
     textures: textures::Packed,
     userdata: Table,
+    traced: Traced,
+    clouds: points::Packed,
     /// By material.
     values: Vec<Supplies>,
     spread: Spread,
@@ -82,7 +85,8 @@ impl<'a> Session<'a> {
         // Better to hear of it now than after the work.
         roads::check(device, options.road).map_err(programs::Error::from)?;
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(written, &scene, &asked, interactive, options.road)?;
+        let purpose = render::Purpose { interactive, road: options.road, explain: false };
+        let (plan, compiled) = render::plan_for(written, &scene, &asked, purpose)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
@@ -106,9 +110,17 @@ impl<'a> Session<'a> {
             true => textures::pack(&compiled.textures, compiled.texture_files())?,
             false => textures::Packed::default(),
         };
+        let clouds = points::pack(compiled.textures.points(), compiled.cloud_names())?;
+        let traced = traced::build(&scene, &compiled.artifacts);
         let values = compiled.values.clone();
         let interactive = interactive_numbers(&compiled, &values);
-        let supplied = Supplied { textures: &textures, userdata: &userdata, interactive: &interactive };
+        let supplied = Supplied {
+            textures: &textures,
+            userdata: &userdata,
+            interactive: &interactive,
+            traced: &traced,
+            clouds: &clouds,
+        };
         Wavefront::check_room(device, &plan, pixels, &geometry, &supplied, spread)?;
         let start = Instant::now();
         let modules = roads::modules(&compiled.artifacts, options.choices.precision);
@@ -125,6 +137,8 @@ impl<'a> Session<'a> {
             kernels,
             textures,
             userdata,
+            traced,
+            clouds,
             values,
             spread,
             seed,
@@ -194,6 +208,8 @@ impl<'a> Session<'a> {
             hasher.update(&value.to_le_bytes()).update(&[u8::from(int)]);
         }
         let words = self.textures.words.iter().chain(&self.userdata.places);
+        let words = words.chain(&self.traced.sets).chain(&self.traced.names);
+        let words = words.chain(&self.clouds.words);
         words.for_each(|w| _ = hasher.update(&w.to_le_bytes()));
         self.userdata.values.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
         Ok(hasher.finalize())
@@ -204,7 +220,13 @@ impl<'a> Session<'a> {
         let (device, scene, plan) = (self.device, self.scene.as_ref(), &self.plan);
         let start = Instant::now();
         let interactive = interactive_numbers(&self.compiled, &self.values);
-        let supplied = Supplied { textures: &self.textures, userdata: &self.userdata, interactive: &interactive };
+        let supplied = Supplied {
+            textures: &self.textures,
+            userdata: &self.userdata,
+            interactive: &interactive,
+            traced: &self.traced,
+            clouds: &self.clouds,
+        };
         let mut wavefront =
             Wavefront::new(device, plan, &self.kernels, scene, &mut self.geometry, &supplied, self.spread)?;
         wavefront.set_seed(self.seed);
@@ -242,6 +264,8 @@ impl<'a> Session<'a> {
         let mut strings = self.textures.messages.clone();
         if !words.is_empty() {
             strings.extend(attributes::strings(scene));
+            strings.extend(traced::names(scene));
+            strings.extend(self.clouds.strings.iter().cloned());
             strings.extend(self.values.iter().flat_map(Supplies::strings));
         }
         let mut messages = told::collect(&words, 4 * lost, scene, &self.compiled, &strings)?;

@@ -24,7 +24,7 @@ use crate::materials;
 use crate::preamble;
 use crate::precision::Precision;
 use crate::textures::{self, Library, Packed};
-use crate::{programs, roads};
+use crate::{points, programs, roads};
 use oslcl_compiler::reflect::ShaderInfo;
 use oslcl_compiler::{Artifact, Entry, Failure, Globals, Group, HostRun, Master, Options};
 use std::time::Instant;
@@ -95,6 +95,9 @@ pub enum Error {
     /// What came back as messages is none.
     #[error(transparent)]
     Messages(#[from] oslcl_compiler::messages::Damaged),
+    /// The point clouds can't be held.
+    #[error(transparent)]
+    Points(#[from] points::Error),
     /// The textures can't be held.
     #[error(transparent)]
     Textures(#[from] textures::Error),
@@ -184,6 +187,7 @@ pub fn run_timed(
     if let Some(needs) = Choices::from(precision).needs_double().filter(|_| !device.info.double) {
         return Err(device::Error::NoDouble { device: device.info.name.clone(), needs }.into());
     }
+    let clouds = points::pack(library.points(), artifact.point_clouds.iter().map(String::as_str))?;
     let packed = textures::pack(library, artifact.textures.iter().map(|t| t.file.as_str()))?;
     let _span = tracing::debug_span!("shade", shader = artifact.name).entered();
     let program = build(device, artifact, precision, supplies)?;
@@ -192,7 +196,7 @@ pub fn run_timed(
     let mut fastest = f64::INFINITY;
     for _ in 0..repeats.max(1) {
         shaded = Shaded { planes: planes(artifact, grid)?, ..Shaded::default() };
-        let seconds = run(device, &program, artifact, grid, &packed, supplies, &mut shaded)?;
+        let seconds = run(device, &program, artifact, grid, (&packed, &clouds), supplies, &mut shaded)?;
         fastest = fastest.min(seconds);
     }
     shaded.warnings.extend(materials::missing(library, artifact));
@@ -382,7 +386,7 @@ fn launch<T: Real>(
     program: &Program,
     artifact: &Artifact,
     grid: Grid,
-    packed: &Packed,
+    (packed, clouds): (&Packed, &points::Packed),
     supplies: &Supplies,
     shaded: &mut Shaded,
 ) -> Result<f64, Error> {
@@ -396,7 +400,7 @@ fn launch<T: Real>(
     let outputs = device.buffer("shade outputs", band * width * reals.max(1) * size_of::<T>() as u64)?;
     let mut records = if artifact.sites.is_empty() { None } else { Some(Records::new(device, RECORD_WORDS)?) };
     let strings = supplies.strings();
-    let decoder = artifact.decoder(packed.messages.iter().chain(&strings));
+    let decoder = artifact.decoder(packed.messages.iter().chain(&strings).chain(&clouds.strings));
     let interactive: Vec<T> = numbers(&supplies.interactive(artifact));
     let interactive = match interactive.is_empty() {
         true => None,
@@ -405,6 +409,10 @@ fn launch<T: Real>(
     let textures = match artifact.textures.is_empty() {
         true => None,
         false => Some(device.upload("textures", &packed.words)?),
+    };
+    let clouds = match artifact.point_clouds.is_empty() {
+        true => None,
+        false => Some(device.upload("point clouds", &clouds.words)?),
     };
     let mut row = 0;
     let mut seconds = 0.0;
@@ -426,7 +434,7 @@ fn launch<T: Real>(
         ];
         args.extend(records.iter().map(|r| Arg::Buffer(&r.buffer)));
         args.extend(textures.iter().map(Arg::Buffer));
-        args.extend(interactive.iter().map(Arg::Buffer));
+        args.extend(interactive.iter().chain(&clouds).map(Arg::Buffer));
         device.finish()?;
         let start = Instant::now();
         kernel.launch(device, &args, (count as usize).next_multiple_of(GROUP), GROUP)?;

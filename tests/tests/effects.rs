@@ -83,7 +83,7 @@ fn of(what: Mesh, source: &str, lamp: &str) -> Scene {
     let l = material(&mut scene, lamp, &[]);
     // In front of it and beside, its front towards it.
     let turned = DAffine3::from_rotation_z(2.5).with_translation(DVec3::new(3.0, -3.0, 0.5));
-    let quad = mesh(&mut scene, wall());
+    let quad = mesh(&mut scene, Mesh { name: "lamp".into(), ..wall() });
     place(&mut scene, quad, l, turned);
     scene
 }
@@ -98,6 +98,9 @@ impl WithTranslation for DAffine3 {
         self
     }
 }
+
+/// A ray to the middle of the lamp.
+const TRACED: &str = "P, point(3, -3, 0.5) - P";
 
 const LAMP: &str = "surface l() { Ci = 4 * emission(); }";
 
@@ -206,6 +209,23 @@ fn needs(effect: Effect) -> Scene {
         }
         Interactive => lit("surface d(float live = 1 [[ int interactive = 1 ]]) { Ci = live * diffuse(N); }"),
         Messages => lit("surface d() { printf(\"here\"); Ci = diffuse(N); }"),
+        Traces => lit(&format!("surface d() {{ Ci = trace({TRACED}) * diffuse(N); }}")),
+        TraceSets => {
+            lit(&format!("surface d() {{ Ci = (1 - trace({TRACED}, \"traceset\", \"-lamp\")) * diffuse(N); }}"))
+        }
+        TraceNames => lit(&format!(
+            "surface d() {{ string n; trace({TRACED}); Ci = getmessage(\"trace\", \"geom:name\", n) && n == \"lamp\"
+                ? diffuse(N) : 0; }}"
+        )),
+        PointClouds => {
+            let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("effects");
+            std::fs::create_dir_all(&folder).expect("a folder for clouds");
+            let text = "ATTRIBUTES\nposition\nTYPES\nV\nNUMBER_OF_PARTICLES: 1\nBEGIN DATA\n0 0 0\n";
+            std::fs::write(folder.join("one.pda"), text).expect("a cloud is written");
+            let mut scene = lit("surface d() { Ci = pointcloud_search(\"one.pda\", P, 0.5, 1) * diffuse(N); }");
+            scene.textures = vec![folder];
+            scene
+        }
         Textures => textured(""),
         TextureCubic => textured(", \"interp\", \"cubic\""),
         TextureClosest => textured(", \"interp\", \"closest\""),
@@ -301,6 +321,10 @@ fn symbols(effect: Effect) -> (&'static [&'static str], &'static [&'static str],
         Userdata | Attributes => (&["material_userdata("], &["userdata", "userdata_places"], &[]),
         Interactive => (&["MATERIAL_INTERACTIVE"], &["interactive"], &[]),
         Messages => (&["record_open("], &["messages"], &[]),
+        Traces => (&["scene_follow("], &[], &[]),
+        TraceSets => (&["scene_set("], &["trace_sets"], &[]),
+        TraceNames => (&["trace_names"], &["trace_names"], &[]),
+        PointClouds => (&["cloud_nearest("], &["clouds"], &[]),
         Textures => (&["texture_node("], &["textures"], &[]),
         Holdout => (&["PATH_hole"], &[], &[]),
         LobeThinFilm => (&["PATH_lobe_film"], &[], &[]),
@@ -443,7 +467,15 @@ fn forced_changes_nothing(effects: impl Iterator<Item = Effect>) {
             wrong.push(format!("{}: forced, but buffer {buffer} is missing", effect.name()));
         }
         // Only materials that read such inputs know of them.
-        let inputs = [Effect::Userdata, Effect::Attributes, Effect::Interactive];
+        let inputs = [
+            Effect::Userdata,
+            Effect::Attributes,
+            Effect::Interactive,
+            Effect::Traces,
+            Effect::TraceSets,
+            Effect::TraceNames,
+            Effect::PointClouds,
+        ];
         if !is_defined(&forced.text, effect) && !inputs.contains(&effect) {
             wrong.push(format!("{}: forced, but its macro is missing", effect.name()));
         }

@@ -288,14 +288,6 @@ fn what_is_printed_comes_once_with_its_count() {
 }
 
 #[test]
-fn traced_rays_find_nothing_and_that_is_said_with_its_place() {
-    let scene = wall_of("surface s() {\n    Ci = trace(P, N) * diffuse(N);\n}");
-    let (_, compiled) = renderer::plan(&scene, &Precision::Standard.into()).unwrap_or_else(|e| panic!("{e}"));
-    let said = compiled.warnings.concat();
-    assert!(said.contains("`trace`") && said.contains("m0.osl:2:10"), "{said}");
-}
-
-#[test]
 fn damaged_data_is_refused() {
     let mut scene = wall_of(PAINTED);
     scene.meshes[0] = Mesh { data: vec![VertexData { values: vec![1.0; 5], ..painted() }], ..wall() };

@@ -6,17 +6,19 @@
 mod effects;
 mod inputs;
 mod stored;
+pub(crate) mod uses;
 
 pub use effects::{Radiance, State};
 pub use inputs::{Inputs, Slot};
 pub use stored::{Inconsistent, Stored};
+pub use uses::{Control, Use};
 
 use crate::backend::Output;
 use crate::backend::opencl_c::Code;
 use crate::backend::spirv::Spirv;
 use crate::ir::Shader;
 use crate::messages::{Decoder, Site};
-use crate::passes::{self, TextureUse};
+use crate::passes::{self, TextureUse, Traces};
 use crate::reflect::ShaderInfo;
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +58,12 @@ pub struct Artifact {
     pub noise: Vec<String>,
     /// Texture files that it can look up, by name.
     pub textures: Vec<TextureUse>,
+    /// Point clouds that it can look into, by name. When there are any, the code needs what kernels/osl/points.h says.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub point_clouds: Vec<String>,
+    /// What it asks of rays that it traces itself. When there are any, the code needs what kernels/osl/trace.h says.
+    #[serde(default, skip_serializing_if = "Traces::is_empty")]
+    pub traces: Traces,
     /// Radiance that it emits; on which side is for the renderer to say.
     pub emission: Radiance,
     /// Radiance of the environment.
@@ -73,6 +81,9 @@ pub struct Artifact {
     pub sites: Vec<Site>,
     /// The texts of the strings in the code, sorted.
     pub strings: Vec<String>,
+    /// Where the shader uses what a renderer has to provide.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub uses: Vec<Use>,
     /// Parameters, defaults and metadata as written; of a group those of its last layer.
     pub info: ShaderInfo,
 }
@@ -96,6 +107,8 @@ impl Artifact {
             noise: effects.noise,
             // Names that are not known were refused by the passes.
             textures: passes::textures(shader).unwrap_or_default(),
+            point_clouds: passes::clouds(shader).unwrap_or_default(),
+            traces: passes::traces(shader).unwrap_or_default(),
             emission: effects.emission,
             background: effects.background,
             has_transparent: effects.transparent,
@@ -104,6 +117,7 @@ impl Artifact {
             inputs: inputs::of(shader),
             sites: code.sites,
             strings: inputs::strings(shader, code.strings),
+            uses: Vec::new(),
             info,
         }
     }

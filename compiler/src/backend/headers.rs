@@ -59,6 +59,8 @@ pub(in crate::backend) fn of_function(name: &str) -> &'static str {
         | "rgb_to_srgb" => "osl/color.h",
         "step" | "linearstep" | "smoothstep" | "smooth_linearstep" => "osl/pattern.h",
         "hash_value" => "osl/hash.h",
+        "cloud_count" | "cloud_search" | "cloud_get" => "osl/points.h",
+        "trace_any" | "trace_nearest" => "osl/trace.h",
         "surfacearea"
         | "backfacing"
         | "shading_index"

@@ -253,6 +253,22 @@ pub static TABLE: &[Row] = &[
     row("pointcloud_search", &["int(string,point,float,int,...)"], Special),
     row("pointcloud_get", &["int(string,int[],int,string,...)"], Special),
     row("pointcloud_write", &["int(string,point,...)"], Special),
+    // File, place, radius, most: how many points; in arrays their indices and distances, the nearest first.
+    row("cloud_count", &["int(string,point,float,int)"], InternalState),
+    row("cloud_search", &["int(string,point,float,int,out int[],out float[])"], InternalState),
+    // File, indices, how many, attribute: whether it is there in this type.
+    row(
+        "cloud_get",
+        &[
+            "int(string,int[],int,string,out int[])",
+            "int(string,int[],int,string,out float[])",
+            "int(string,int[],int,string,out vector[])",
+            "int(string,int[],int,string,out string[])",
+        ],
+        InternalState,
+    ),
+    // By the file's name. Nobody does it yet.
+    row("cloud_write", &["int(string)"], InternalHost),
     // Renderer state.
     row("getattribute", &["int(string,...)"], Special),
     // Object, name, index (-1: none), type, shader's name, layer's, group's. The pass `cases` answers it.
@@ -284,8 +300,18 @@ pub static TABLE: &[Row] = &[
     // Node, attribute, type.
     row("dict_get", &["int(int,string,string,out any)"], InternalHost),
     row("trace", &["int(point,vector,...)"], Special),
-    // What testshade's renderer answers; a render has no rays for shaders.
+    // From, direction, nearest, farthest, shade, set. The pass `traces` puts one of the others in its place.
+    row("trace_call", &["int(vector,vector,float,float,int,string)"], InternalHost),
+    // What testshade's renderer answers: it has no surfaces.
     row("trace_hit", &["int(vector,vector)"], InternalState),
+    // Whether a ray meets anything; and what it meets first: distance, P, N, Ng, I, dPdu, dPdv, u, v, name (all zero when nothing).
+    row("trace_any", &["int(vector,vector,float,float,string)"], InternalState),
+    row(
+        "trace_nearest",
+        &["int(vector,vector,float,float,string,out float,out point,out normal,out normal,out vector,out vector,\
+             out vector,out float,out float,out string)"],
+        InternalState,
+    ),
     row("arraylength", &["int(any[])"], Special),
     // Of an unsized parameter, whose length `passes::link` knows.
     row("array_length", &["int(any[])"], InternalHost),

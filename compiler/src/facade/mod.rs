@@ -8,6 +8,7 @@ mod group;
 mod host;
 mod oso_text;
 mod text;
+mod uses;
 
 use crate::artifact::Artifact;
 use crate::attributes::Attributes;
@@ -110,6 +111,8 @@ pub struct Options {
     pub closures: Vec<vendor::Mapping>,
     /// What to write.
     pub entry: Entry,
+    /// It runs before there is anything that rays could meet, as displacement shaders do: `trace` finds nothing, with a warning.
+    pub before_geometry: bool,
     /// What the renderer's geometry may have at a point, for parameters with `lockgeom = 0`; those that it has nothing for
     /// are constants. `None`: nobody knows; a shader alone then computes with their defaults at run time.
     pub userdata: Option<Vec<Userdata>>,
@@ -124,6 +127,8 @@ pub struct Options {
     pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Say which parameters decide about what the shader uses ([`crate::artifact::Use::controls`]). It costs some optimisations more for each.
+    pub explain: bool,
     /// Write SPIR-V beside OpenCL C ([`Artifact::spirv`]).
     pub spirv: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -150,12 +155,14 @@ impl Default for Options {
             range_checks: false,
             closures: Vec::new(),
             entry: Entry::Material,
+            before_geometry: false,
             userdata: None,
             interactive: false,
             interactive_names: Vec::new(),
             userdata_is_connected: false,
             lazy: Lazy::default(),
             line_directives: false,
+            explain: false,
             spirv: false,
             textures: None,
             attributes: Attributes::default(),

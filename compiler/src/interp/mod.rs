@@ -16,6 +16,7 @@ mod noise_gradient;
 mod noise_simplex;
 pub mod ops;
 mod pattern;
+mod points;
 mod run;
 mod spline;
 mod state;

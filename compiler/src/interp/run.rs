@@ -3,7 +3,7 @@
 //! In: a verified shader without closure values (after `passes::optimise`), and [`Globals`]. Out: what its locals hold at
 //! the end. It recurses as deep as blocks nest. IR that is not as verified gives an error, never a panic.
 
-use super::{Globals, call, call_with_outputs, ops, state, texture};
+use super::{Globals, call, call_with_outputs, ops, points, state, texture};
 use crate::builtins;
 use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Loop, Shader, SlotArg, Stmt, Ty, ValueId};
 use crate::messages::{self, Kind};
@@ -193,6 +193,24 @@ impl Run<'_> {
                     return Ok(Flow::On);
                 }
                 let unknown = || Error::Unknown { shader: self.shader.name.clone(), function: name.to_owned() };
+                if let (Some(result), [first, ..]) = (result, outputs.as_slice())
+                    && name.starts_with("cloud_")
+                {
+                    let mut rooms = Vec::with_capacity(outputs.len());
+                    for output in outputs {
+                        rooms.push(if let Const::Array(items) = self.local(*output)? { items.len() } else { 0 });
+                    }
+                    let like = if let Const::Array(items) = self.local(*first)? { items.first() } else { None };
+                    let access = self.globals.textures.as_ref();
+                    let (value, written) = points::call(name, &args, &rooms, like, access).ok_or_else(unknown)?;
+                    *self.local_mut(*result)? = value;
+                    for (output, elements) in outputs.iter().zip(written) {
+                        if let Const::Array(items) = self.local_mut(*output)? {
+                            items.iter_mut().zip(elements).for_each(|(to, from)| *to = from);
+                        }
+                    }
+                    return Ok(Flow::On);
+                }
                 if let (Some(result), [output]) = (result, outputs.as_slice()) {
                     let room = if let Const::Array(items) = self.local(*output)? { items.len() } else { 0 };
                     let (elements, value) = text::call_with_output(name, &args, room).ok_or_else(unknown)?;
@@ -268,6 +286,7 @@ impl Run<'_> {
                 let args = self.args(args)?;
                 state::call(name, &args, self.globals)
                     .or_else(|| texture::call(name, value.ty, &args, self.globals.textures.as_ref()))
+                    .or_else(|| points::count(name, &args, self.globals.textures.as_ref()))
                     // Where a chain of comparisons with names ends, none of them is the one.
                     .or_else(|| (name == "unknown_name").then_some(Const::Int(1)))
                     .or_else(|| call(name, value.ty, &args))

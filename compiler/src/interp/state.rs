@@ -161,6 +161,8 @@ pub(super) fn call(name: &str, args: &[Const], globals: &Globals) -> Option<Cons
             let along: f64 = from.iter().zip(direction).map(|(a, b)| a * b).sum();
             Const::Int(i32::from(globals.u / along > 0.5))
         }
+        // There is no scene.
+        ("trace_any", _) => Const::Int(0),
         ("raytype_bit", [Const::Int(bit)]) => Const::Int((globals.raytype & bit != 0).into()),
         ("space_matrix", [Const::Int(number)]) => Const::Matrix(globals.space(*number).to_common),
         ("space_matrix_inverse", [Const::Int(number)]) => Const::Matrix(globals.space(*number).from_common),

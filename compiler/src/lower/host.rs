@@ -1,6 +1,6 @@
 //! What OSL says to and asks of the host and the renderer: printing, messages, attributes, dictionaries, traced rays.
 //!
-//! Each becomes a statement of one internal row, which passes answer (`passes::dialogue`, `passes::cases`,
+//! Each becomes a statement of one internal row, which passes answer (`passes::traces`, `passes::dialogue`, `passes::cases`,
 //! `passes::dictionary`) or the back end writes as a record (`print`).
 
 use super::place::{Place, is_single};
@@ -16,6 +16,9 @@ use crate::types::{Base, Extent, Type};
 
 /// Options of `trace`, which take a value each.
 const TRACE_OPTIONS: [&str; 4] = ["mindist", "maxdist", "shade", "traceset"];
+
+/// How far rays of `trace` go that are told nothing else.
+const FARTHEST: f64 = 1e30;
 
 impl Lower<'_> {
     /// A statement that says something to the host.
@@ -200,30 +203,49 @@ impl Lower<'_> {
         self.ask("dict_value", "dict_get", arg_values(&[node, name, ty]), target, span)
     }
 
-    /// `trace(point, direction, options...)`.
+    /// `trace(point, direction, options...)`: a statement, since what it finds is asked for later (`passes::traces`).
     pub(super) fn trace(&mut self, args: &[Expr], e: &Expr) -> ValueId {
         let span = e.span;
+        let (from, direction) = (self.expr(&args[0]), self.expr(&args[1]));
+        let [mut nearest, mut farthest] = [0.0, FARTHEST].map(|x| self.constant(Const::Float(x), span));
+        let (mut shade, mut set) = (self.int(0, span), self.text("", span));
         for pair in args.get(2..).unwrap_or_default().chunks(2) {
             let [option, value] = pair else {
                 self.error(Diagnostic::error("E2004", span, "an option of `trace` has no value"));
                 break;
             };
-            self.expr(value);
-            if let ExprKind::Str(name) = &option.kind
-                && !TRACE_OPTIONS.contains(&name.as_str())
-            {
+            let ExprKind::Str(name) = &option.kind else {
+                let message = "`trace` takes pairs of an option's name, a string literal, and its value";
+                self.error(Diagnostic::error("E2016", option.span, message));
+                continue;
+            };
+            if !TRACE_OPTIONS.contains(&name.as_str()) {
                 self.error(crate::suggest::unknown_name("option of `trace`", name, &TRACE_OPTIONS, option.span));
+                continue;
+            }
+            let is = |base| value.ty == Type::scalar(base);
+            let wanted = match name.as_str() {
+                "shade" if !is(Base::Int) => "an int",
+                "traceset" if !is(Base::String) => "a string",
+                "mindist" | "maxdist" if !is(Base::Float) && !is(Base::Int) => "a float",
+                _ => "",
+            };
+            if !wanted.is_empty() {
+                let message = format!("the option \"{name}\" of `trace` takes {wanted}");
+                self.error(Diagnostic::error("E2016", value.span, message));
+                continue;
+            }
+            let given = self.expr(value);
+            match name.as_str() {
+                "shade" => shade = given,
+                "traceset" => set = given,
+                "mindist" => nearest = self.convert_value(given, Ty::Float, value.span),
+                _ => farthest = self.convert_value(given, Ty::Float, value.span),
             }
         }
-        let (from, direction) = (self.expr(&args[0]), self.expr(&args[1]));
-        self.internal("trace_hit", arg_values(&[from, direction]), Ty::Int, span)
-    }
-
-    /// `pointcloud_*`: there are no point clouds, so that nothing is found, as in the reference when it is built without them.
-    pub(super) fn pointcloud(&mut self, args: &[Expr], span: Span) -> ValueId {
-        for arg in args.iter().filter(|a| is_single(a.ty)) {
-            self.effect(arg);
-        }
-        self.int(0, span)
+        let result = self.temp(Ty::Int);
+        let list = arg_values(&[from, direction, nearest, farthest, shade, set]);
+        self.call_row("trace_call", list, Vec::new(), Some(result), span);
+        self.value(Inst::Load(result), Ty::Int, span)
     }
 }

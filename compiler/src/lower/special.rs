@@ -124,7 +124,9 @@ impl Lower<'_> {
             "getattribute" => return self.getattribute(args, span),
             "dict_value" => return self.dict_value(args, span),
             "trace" => self.trace(args, e),
-            "pointcloud_search" | "pointcloud_get" | "pointcloud_write" => self.pointcloud(args, span),
+            "pointcloud_search" => self.pointcloud_search(args, span)?,
+            "pointcloud_get" => self.pointcloud_get(args, span)?,
+            "pointcloud_write" => self.pointcloud_write(args, span),
             // `exit` as a statement is handled there.
             other => {
                 self.error(Diagnostic::not_yet("E3001", span, format!("`{other}` here")));

@@ -2,7 +2,9 @@
 //!
 //! One walk in order of execution carries what is known of each local: a constant, the value last stored, or the
 //! constant elements of an array. Where branches meet, what both agree on stays; what a loop writes is forgotten before it.
-//! Identities are applied where they are exact; a closure scaled by the constant 0 is the null closure.
+//! Identities stand in [`identity`]; a closure scaled by the constant 0 is the null closure.
+
+mod identity;
 
 use super::unroll;
 use crate::builtins;
@@ -452,6 +454,9 @@ impl Folder<'_> {
             return Some(Simpler::Const(c));
         }
         if let Inst::Call(func, list) = inst {
+            if let Some(simpler) = self.mix(*func, list) {
+                return Some(simpler);
+            }
             let values = list.iter().map(|a| match a {
                 Arg::Value(v) => self.const_of(*v).cloned(),
                 Arg::Array(l) => {
@@ -461,54 +466,7 @@ impl Folder<'_> {
             let values = values.collect::<Option<Vec<_>>>()?;
             return interp::fold_call(*func, ty, &values).map(Simpler::Const);
         }
-        self.identity(inst, &args)
-    }
-
-    /// Exact identities with one constant operand.
-    fn identity(&self, inst: &Inst, args: &[Option<Const>]) -> Option<Simpler> {
-        let is = |i: usize, x: f64| match args.get(i) {
-            Some(Some(Const::Float(v))) => *v == x,
-            Some(Some(Const::Triple(v))) => v.iter().all(|c| *c == x),
-            Some(Some(Const::Int(v))) => *v as f64 == x,
-            Some(Some(Const::Matrix(m))) if x == 1.0 => *m == ops::IDENTITY,
-            _ => false,
-        };
-        let is_int = matches!(args.iter().flatten().next(), Some(Const::Int(_)));
-        let null = |v: ValueId| matches!(self.shader.values[self.resolve(v).0 as usize].inst, Inst::NullClosure);
-        let inst_of = |v: ValueId| &self.shader.values[self.resolve(v).0 as usize].inst;
-        Some(match inst {
-            Inst::Binary(BinaryOp::Mul, a, _) if is(1, 1.0) => Simpler::Value(*a),
-            Inst::Binary(BinaryOp::Mul, _, b) if is(0, 1.0) => Simpler::Value(*b),
-            Inst::Binary(BinaryOp::Div, a, _) if is(1, 1.0) => Simpler::Value(*a),
-            Inst::Binary(BinaryOp::Sub, a, _) if is(1, 0.0) => Simpler::Value(*a),
-            Inst::Binary(BinaryOp::Add, a, _) if is_int && is(1, 0.0) => Simpler::Value(*a),
-            Inst::Binary(BinaryOp::Add, _, b) if is_int && is(0, 0.0) => Simpler::Value(*b),
-            Inst::Binary(BinaryOp::Mul | BinaryOp::BitAnd, ..) if is_int && (is(0, 0.0) || is(1, 0.0)) => {
-                Simpler::Const(Const::Int(0))
-            }
-            Inst::Unary(UnaryOp::Neg, a) => match inst_of(*a) {
-                Inst::Unary(UnaryOp::Neg, inner) => Simpler::Value(self.resolve(*inner)),
-                _ => return None,
-            },
-            Inst::Select(_, a, b) => match &args[0] {
-                Some(c) => Simpler::Value(if ops::is_true(c) { *a } else { *b }),
-                None if a == b => Simpler::Value(*a),
-                None => return None,
-            },
-            Inst::Component(t, _) => match (inst_of(*t), &args[1]) {
-                (Inst::Triple(parts), Some(Const::Int(i))) => Simpler::Value(self.resolve(parts[ops::clamp(*i, 3)])),
-                (Inst::Convert(x), _) => Simpler::Value(self.resolve(*x)),
-                _ => return None,
-            },
-            Inst::ScaleClosure(a, _) if null(*a) || is(1, 0.0) => Simpler::Inst(Inst::NullClosure),
-            Inst::ScaleClosure(a, _) if is(1, 1.0) => Simpler::Value(*a),
-            Inst::AddClosure(a, b) if null(*a) => Simpler::Value(*b),
-            Inst::AddClosure(a, b) if null(*b) => Simpler::Value(*a),
-            Inst::Layer(a, b) if null(*a) => Simpler::Value(*b),
-            Inst::Layer(a, b) if null(*b) => Simpler::Value(*a),
-            Inst::ClosureIsSet(a) if null(*a) => Simpler::Const(Const::Int(0)),
-            _ => return None,
-        })
+        self.identity(inst, ty, &args)
     }
 }
 
@@ -533,7 +491,7 @@ fn evaluate(inst: &Inst, ty: Ty, args: &[Const]) -> Option<Const> {
 }
 
 /// What an instruction may be replaced by.
-enum Simpler {
+pub(super) enum Simpler {
     Const(Const),
     Value(ValueId),
     Inst(Inst),

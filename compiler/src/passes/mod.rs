@@ -9,6 +9,7 @@
 
 mod cases;
 mod closures;
+mod controls;
 mod counters;
 mod dead;
 mod derivatives;
@@ -23,15 +24,20 @@ mod review;
 mod specialise;
 mod strings;
 mod textures;
+mod traces;
 mod unroll;
+mod zeros;
 
 pub use closures::closures;
+pub(crate) use controls::Controls;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
 pub(crate) use specialise::{fitted, length_of};
-pub use textures::{TextureUse, textures};
+pub(crate) use textures::is_lookup;
+pub use textures::{TextureUse, clouds, textures};
+pub use traces::{Traces, traces};
 
 use crate::attributes::Attributes;
 use crate::builtins;
@@ -71,6 +77,20 @@ pub struct Settings<'a> {
     pub grid: bool,
     /// The bits of all rays that come, if they are known.
     pub ray_types: Option<u32>,
+    /// What rays of `trace` can meet.
+    pub rays: Rays,
+}
+
+/// What there is for rays of `trace` to meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rays {
+    /// A scene.
+    #[default]
+    Scene,
+    /// Nothing; the answers are those of the reference implementation's testshade, which has no scene either.
+    Pretended,
+    /// Nothing yet: the scene is built from what the shader says.
+    Nothing,
 }
 
 /// Binds parameters and reduces the shader to what its lobes and the named output parameters need, for a device.
@@ -84,8 +104,9 @@ pub fn optimise(
 
 /// As [`optimise`], with settings.
 ///
-/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, closures, fold, cases, fold,
-/// prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
+/// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, dictionaries, traced rays and
+/// messages, closures, fold, zeros, fold, cases, fold, prune; the last two again, since dropping a slot or a branch may free more;
+/// then a review of what is left, whose warnings
 /// are returned; last the derivatives, of what is still used, and fold and prune again where there are any.
 pub fn optimise_with(
     shader: &mut Shader,
@@ -115,12 +136,19 @@ pub fn optimise_with(
     check(shader, "textures");
     dictionary::dictionary(shader, settings)?;
     check(shader, "dictionary");
+    let mut said = traces::answer(shader, settings.rays)?;
+    check(shader, "traces");
     dialogue::dialogue(shader, settings.sources)?;
     check(shader, "dialogue");
     closures(shader)?;
     check(shader, "closures");
     fold(shader)?;
     check(shader, "fold");
+    if zeros::zeros(shader) {
+        check(shader, "zeros");
+        fold::fold_with(shader, settings.target == Target::Device)?;
+        check(shader, "fold");
+    }
     if settings.target == Target::Device {
         printed::printed(shader);
         check(shader, "printed");
@@ -133,7 +161,7 @@ pub fn optimise_with(
         check(shader, "fold");
         rounds += 1;
     }
-    let mut said = review::refuse_calls(shader, settings)?;
+    said.extend(review::refuse_calls(shader, settings)?);
     prune(shader, outputs);
     check(shader, "prune");
     let reduce = |shader: &mut Shader| {
@@ -157,6 +185,10 @@ pub fn optimise_with(
         reduce(shader)?;
     }
     textures::textures(shader)?;
+    traces::traces(shader)?;
+    if settings.target == Target::Device {
+        textures::clouds(shader)?;
+    }
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     said.extend(warnings);
     Ok(said)

@@ -21,7 +21,6 @@ const DISTRIBUTIONS: [&str; 3] = ["ggx", "beckmann", "default"];
 /// included, do nothing or give 0, with a warning. To be called before pruning, which drops what nothing uses: such a call may
 /// write to more than its result.
 pub(super) fn refuse_calls(shader: &mut Shader, settings: &Settings<'_>) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
-    let is_missing = |func| is_missing(func) || !settings.grid && builtins::row(func).name == "trace_hit";
     let is_attribute = |func| builtins::row(func).name == "attribute_get";
     let is_host = |func| settings.target == Target::Device && is_host(func) && !is_attribute(func);
     let (mut errors, mut warnings) = (Vec::new(), Vec::new());
@@ -38,8 +37,8 @@ pub(super) fn refuse_calls(shader: &mut Shader, settings: &Settings<'_>) -> Resu
             let name = public_name(builtins::row(func).name);
             if is_missing(func) {
                 let effect = match name {
-                    "trace" => "finds nothing in renders",
                     "random" | "transformu" => "gives 0",
+                    "pointcloud_write" => "writes nothing and gives 0",
                     _ => "does nothing",
                 };
                 add(&mut warnings, Diagnostic::warning("W3003", span, format!("`{name}` {effect}")));
@@ -148,14 +147,16 @@ fn public_name(name: &str) -> &str {
         "message_get" => "getmessage",
         "message_set" => "setmessage",
         "dict_get" => "dict_value",
-        "trace_hit" => "trace",
+        "trace_call" => "trace",
+        "cloud_write" => "pointcloud_write",
         "hash_string" => "hash",
         name => name,
     }
 }
 
 fn is_missing(func: builtins::FuncId) -> bool {
-    builtins::row(func).lowering == Lowering::NotYet
+    let row = builtins::row(func);
+    row.lowering == Lowering::NotYet || row.name == "cloud_write"
 }
 
 fn is_host(func: builtins::FuncId) -> bool {
@@ -163,7 +164,7 @@ fn is_host(func: builtins::FuncId) -> bool {
 }
 
 /// What an inlined function says twice is said once.
-fn add(list: &mut Vec<Diagnostic>, d: Diagnostic) {
+pub(super) fn add(list: &mut Vec<Diagnostic>, d: Diagnostic) {
     if list.len() < 100 && !list.contains(&d) {
         list.push(d);
     }

@@ -93,7 +93,7 @@ fn of_package(args: &ShadeArgs, wanted: Vec<(String, PathBuf)>, shader: &Shader)
         let known: Vec<&str> = artifact.outputs.iter().map(|o| o.name.as_str()).collect();
         return Err(Error::Usage(format!(
             "shader `{}` of the package does not store `{name}`\n  help: it stores {}",
-            shader.name(),
+            shader.name,
             known.join(", ")
         )));
     }

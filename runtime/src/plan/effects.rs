@@ -68,6 +68,10 @@ effects! {
     Attributes: "attributes", "attributes that differ from object to object";
     Interactive: "interactive", "parameters that change between renders";
     Messages: "messages", "what shaders print";
+    Traces: "traces", "rays that shaders trace themselves";
+    TraceSets: "trace_sets", "sets of objects that such rays are for";
+    TraceNames: "trace_names", "names of the objects that such rays meet";
+    PointClouds: "point_clouds", "point clouds that shaders look into";
     Textures: "textures", "texture files";
     TextureCubic: "texture_cubic", "cubic interpolation between texels";
     TextureClosest: "texture_closest", "the closest texel alone";
@@ -107,8 +111,9 @@ impl Effect {
             VaryingEnvironment => &[Environment],
             EnvironmentSampling => &[VaryingEnvironment, Surfaces],
             TextureCubic | TextureClosest => &[Textures],
+            TraceSets | TraceNames => &[Traces],
             Surfaces | ThinLens | TentFilter | MiddleFilter | Environment | Derivatives | CameraSpace | OtherSpaces
-            | Interactive | Messages | Textures | DoublePrecision => &[],
+            | Interactive | Messages | PointClouds | Textures | DoublePrecision => &[],
             _ => &[Surfaces],
         }
     }
@@ -141,6 +146,10 @@ impl Effect {
             Attributes => "getattribute() finds no attributes of objects",
             Interactive => "parameters keep the values of the scene",
             Messages => "what shaders print is not heard",
+            Traces => "trace() finds nothing",
+            TraceSets => "trace() meets all objects, whatever its set",
+            TraceNames => "what trace() meets has no name",
+            PointClouds => "point clouds are empty",
             Textures => "texture lookups find no file",
             TextureCubic => "textures are interpolated linearly",
             TextureClosest => "textures are interpolated linearly",
@@ -151,6 +160,11 @@ impl Effect {
             DoublePrecision => "arithmetic has 32 bits",
             _ => "this part of the reflection is black",
         }
+    }
+
+    /// Whether a picture without it is right in the mean, and only takes longer to get there.
+    pub fn keeps_mean(self) -> bool {
+        matches!(self, Lights | VaryingLights | EnvironmentSampling | Roulette | Instances)
     }
 
     /// The effect of a filter of the film; `None`: the box, which is always there.
@@ -350,6 +364,8 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         }
         textures(artifact, &who, ask);
         inputs(artifact, &who, ask);
+        traces(scene, artifact, &who, ask);
+        clouds(artifact, &who, ask);
         for global in &artifact.globals {
             match *global {
                 "dPdu" | "dPdv" => {
@@ -362,12 +378,7 @@ fn surfaces(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMut(E
         }
     }
     if wants_uv {
-        for instance in &scene.instances {
-            let mesh = &scene.meshes[instance.mesh.0 as usize];
-            if !mesh.uvs.is_empty() {
-                ask(Uvs, Asker::mesh(&mesh.name, "has texture coordinates"));
-            }
-        }
+        coordinates(scene, ask);
     }
 }
 
@@ -383,6 +394,45 @@ fn textures(artifact: &Artifact, who: &Asker, ask: &mut dyn FnMut(Effect, Asker)
             }
         }
         ask(Textures, who);
+    }
+}
+
+/// Rays that a shader traces, and what it asks of the surfaces that they meet. Without surfaces nothing is asked: there is none.
+fn traces(scene: &Scene, artifact: &Artifact, who: &Asker, ask: &mut dyn FnMut(Effect, Asker)) {
+    let traces = &artifact.traces;
+    if !traces.calls || scene.instances.is_empty() {
+        return;
+    }
+    ask(Traces, who.clone());
+    for set in &traces.sets {
+        ask(TraceSets, who.because(format!("\"{set}\"")));
+    }
+    for asked in &traces.asked {
+        match asked.as_str() {
+            "geom:name" => ask(TraceNames, who.because("geom:name")),
+            "dPdu" | "dPdv" => ask(Tangents, who.because(format!("{asked} of what rays meet"))),
+            _ => {}
+        }
+        if matches!(asked.as_str(), "u" | "v" | "dPdu" | "dPdv") {
+            coordinates(scene, ask);
+        }
+    }
+}
+
+/// The texture coordinates that meshes have.
+fn coordinates(scene: &Scene, ask: &mut dyn FnMut(Effect, Asker)) {
+    for instance in &scene.instances {
+        let mesh = &scene.meshes[instance.mesh.0 as usize];
+        if !mesh.uvs.is_empty() {
+            ask(Uvs, Asker::mesh(&mesh.name, "has texture coordinates"));
+        }
+    }
+}
+
+/// Point clouds.
+fn clouds(artifact: &Artifact, who: &Asker, ask: &mut dyn FnMut(Effect, Asker)) {
+    for name in &artifact.point_clouds {
+        ask(PointClouds, who.because(format!("\"{name}\"")));
     }
 }
 
@@ -424,6 +474,8 @@ fn environment(scene: &Scene, materials: &[Option<Artifact>], ask: &mut dyn FnMu
             }
             textures(code, &who, ask);
             inputs(code, &who, ask);
+            traces(scene, code, &who, ask);
+            clouds(code, &who, ask);
             ask(Environment, who.clone());
             ask(VaryingEnvironment, who.clone());
             // What depends on how rays came there can't be tabulated by direction alone.

@@ -7,9 +7,10 @@ mod asker;
 mod effects;
 mod layout;
 mod overrides;
+mod places;
 mod stages;
 
-pub use asker::{Asker, Part};
+pub use asker::{Asker, Decider, Part, ShaderPlace};
 pub use effects::{Decision, Effect};
 pub use layout::{BufferId, Constant, Counter, Layout, Setting};
 pub use overrides::{EffectSet, Overrides, UnknownEffect};
@@ -47,6 +48,7 @@ impl Plan {
     /// scene, `None` where nothing uses it.
     pub fn new(written: &Scene, scene: &Scene, materials: &[Option<Artifact>], choices: &Choices) -> Plan {
         let mut decisions = effects::decide(written, materials, choices);
+        places::find(written, materials, &mut decisions);
         if scene.instances.is_empty() {
             // Nothing but the environment's stage is there to carry the paths on.
             let asked = &mut decisions[Effect::VaryingEnvironment as usize];
@@ -125,9 +127,17 @@ impl Plan {
 
     /// The macros that every program has: `HAS_` and the name of each effect that is on.
     pub fn macros(&self) -> Vec<String> {
-        // Only programs of materials that have such inputs know of them (crate::preamble).
-        let inputs = [Effect::Userdata, Effect::Attributes, Effect::Interactive];
-        let on = self.decisions.iter().filter(|d| d.is_on() && !inputs.contains(&d.effect));
+        // Only programs of materials that have such inputs, or trace rays, know of them (crate::preamble).
+        let own = [
+            Effect::Userdata,
+            Effect::Attributes,
+            Effect::Interactive,
+            Effect::Traces,
+            Effect::TraceSets,
+            Effect::TraceNames,
+            Effect::PointClouds,
+        ];
+        let on = self.decisions.iter().filter(|d| d.is_on() && !own.contains(&d.effect));
         let mut out: Vec<String> = on.map(|d| d.effect.macro_name()).collect();
         if self.has(Effect::VaryingLights) || self.has(Effect::EnvironmentSampling) {
             out.push("HAS_SHADED_LIGHTS".to_owned());

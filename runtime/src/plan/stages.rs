@@ -115,7 +115,16 @@ fn of_artifact(plan: &Plan, code: &Artifact) -> Vec<String> {
     let of_others = |m: &String| m.starts_with("HAS_LOBE_") && !forced.contains(m);
     let mut out: Vec<String> = plan.macros().into_iter().filter(|m| !of_others(m)).collect();
     let mut lobes = Vec::new();
+    let traces = [Effect::Traces, Effect::TraceSets, Effect::TraceNames];
     for own in preamble::macros(code) {
+        // Off also where there is nothing to meet.
+        let on = |e: &Effect| [*e, Effect::Traces, Effect::Surfaces].iter().all(|e| plan.has(*e));
+        if traces.iter().any(|e| e.macro_name() == own && !on(e)) {
+            continue;
+        }
+        if own == Effect::PointClouds.macro_name() && !plan.has(Effect::PointClouds) {
+            continue;
+        }
         let removed = Effect::ALL.iter().find(|e| e.macro_name() == own && plan.is_removed(**e));
         match removed {
             Some(Effect::TextureCubic | Effect::TextureClosest) => continue,

@@ -17,6 +17,8 @@ pub use pack::{Error, Packed, macros, pack};
 pub use picture::{Level, Picture, Subimage, Texels};
 pub use read::read;
 
+use crate::points;
+use oslcl_compiler::points::PointClouds;
 use oslcl_compiler::textures::{Info, InfoType, Lookup, Texel, TextureAccess, Textures};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -60,12 +62,19 @@ pub enum Entry {
 pub struct Library {
     settings: Settings,
     entries: Mutex<HashMap<String, Arc<Entry>>>,
+    points: points::Library,
 }
 
 impl Library {
     /// An empty library.
     pub fn new(settings: Settings) -> Library {
-        Library { settings, entries: Mutex::default() }
+        let points = points::Library::new(settings.search.clone());
+        Library { settings, entries: Mutex::default(), points }
+    }
+
+    /// The point clouds in the same folders.
+    pub fn points(&self) -> &points::Library {
+        &self.points
     }
 
     /// For [`oslcl_compiler::Options::textures`].
@@ -173,6 +182,10 @@ fn part<'a>(picture: &'a Picture, number: i32, name: &str) -> Option<&'a Subimag
 }
 
 impl Textures for Library {
+    fn clouds(&self) -> Option<&dyn PointClouds> {
+        Some(&self.points)
+    }
+
     fn tiles(&self, file: &str) -> Option<(u32, u32)> {
         match &*self.entry(file) {
             Entry::Tiles { columns, rows, .. } => Some((*columns, *rows)),

@@ -152,10 +152,8 @@ fn traces(shader: &Shader) -> bool {
     let mut found = false;
     for block in shader.blocks() {
         block.walk(&mut |s| {
-            if let Stmt::Let(v) = s
-                && let Inst::Call(func, _) = &shader.values[v.0 as usize].inst
-            {
-                found |= builtins::row(*func).name == "trace_hit";
+            if let Stmt::Call { func, .. } = s {
+                found |= builtins::row(*func).name == "trace_call";
             }
         });
     }
