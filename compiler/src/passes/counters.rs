@@ -22,6 +22,7 @@ pub(super) struct Counter {
 }
 
 /// The counters of a shader.
+#[derive(Default)]
 pub(super) struct Counters {
     counters: Vec<Counter>,
     /// For a load: the counter, and whether it is read after it was stepped.
@@ -30,7 +31,7 @@ pub(super) struct Counters {
 
 impl Counters {
     pub fn of(shader: &Shader) -> Counters {
-        let mut found = Counters { counters: Vec::new(), loads: HashMap::new() };
+        let mut found = Counters::default();
         for block in shader.blocks() {
             found.block(shader, block);
         }

@@ -38,7 +38,7 @@ pub(super) enum Known {
 }
 
 /// What is known of one local; both `None`: nothing.
-type Facts = (Option<Known>, Option<Vec<Option<Const>>>);
+pub(super) type Facts = (Option<Known>, Option<Vec<Option<Const>>>);
 
 /// What is known at a point. Branches are undone by what they changed, so that one costs what it does, not what is known.
 #[derive(Clone, Default)]
@@ -81,12 +81,12 @@ impl State {
         self.arrays.remove(&local);
     }
 
-    fn enter(&mut self) {
+    pub(super) fn enter(&mut self) {
         self.branches.push(HashMap::new());
     }
 
     /// Ends a branch: what is known is as it was before; what it changed is the result.
-    fn leave(&mut self) -> HashMap<LocalId, Facts> {
+    pub(super) fn leave(&mut self) -> HashMap<LocalId, Facts> {
         let mut changed = HashMap::new();
         for (local, (single, array)) in self.branches.pop().unwrap_or_default() {
             let after = (self.singles.remove(&local), self.arrays.remove(&local));
@@ -103,7 +103,7 @@ impl State {
 
     /// What holds after any of these ways here. A value that was known before is visible after; one made in a branch is
     /// not.
-    fn meet(&mut self, ways: &[HashMap<LocalId, Facts>]) {
+    pub(super) fn meet(&mut self, ways: &[HashMap<LocalId, Facts>]) {
         let mut changed: Vec<LocalId> = ways.iter().flat_map(|w| w.keys().copied()).collect();
         changed.sort_unstable();
         changed.dedup();
@@ -130,6 +130,9 @@ impl State {
     }
 }
 
+/// Longest array that is known to hold zeros at first.
+const MAX_ZEROS: u32 = 1024;
+
 /// Longest array whose elements are followed.
 const MAX_ARRAY: u32 = 1 << 16;
 
@@ -145,13 +148,19 @@ pub(super) struct Folder<'a> {
 
 impl Folder<'_> {
     fn run(&mut self) {
-        // Variables hold zero until stored; parameters and globals come from outside.
+        // Variables hold zero until stored, and so does what the default of a parameter leaves out; globals come from outside.
         for (i, local) in self.shader.locals.iter().enumerate() {
-            if local.kind == LocalKind::Variable
-                && local.len.is_none()
-                && let Some(zero) = ops::zero(local.ty)
-            {
-                self.state.singles.insert(LocalId(i as u32), Known::Const(zero));
+            let held = match local.kind {
+                LocalKind::Variable => true,
+                LocalKind::Param(p) => self.shader.params.get(p as usize).is_some_and(|p| !p.varying),
+                _ => false,
+            };
+            let Some(zero) = ops::zero(local.ty).filter(|_| held) else { continue };
+            let id = LocalId(i as u32);
+            match local.len {
+                None => _ = self.state.singles.insert(id, Known::Const(zero)),
+                Some(n) if n <= MAX_ZEROS => _ = self.state.arrays.insert(id, vec![Some(zero); n as usize]),
+                Some(_) => {}
             }
         }
         for i in 0..self.shader.params.len() {

@@ -129,7 +129,8 @@ pub fn optimise_with(
     if let Some(bits) = settings.ray_types {
         known_ray_types(shader, bits);
     }
-    fold(shader)?;
+    // Names of textures, messages and attributes are constants where the loops around them are unrolled.
+    fold::fold_with(shader, true)?;
     check(shader, "fold");
     textures::answer(shader, settings.textures)?;
     check(shader, "textures");
@@ -141,8 +142,7 @@ pub fn optimise_with(
     check(shader, "dialogue");
     closures(shader)?;
     check(shader, "closures");
-    // The host makes its texts when it gets there.
-    fold::fold_with(shader, settings.target == Target::Device)?;
+    fold(shader)?;
     check(shader, "fold");
     if zeros::zeros(shader) {
         check(shader, "zeros");

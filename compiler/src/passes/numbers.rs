@@ -123,14 +123,20 @@ impl Can {
 
 /// Answers for one shader, until it is rewritten.
 pub(super) struct Numbers {
-    sources: Strings,
+    /// Where the numbers of locals come from; `None`: locals may hold anything.
+    sources: Option<Strings>,
     counters: Counters,
 }
 
 impl Numbers {
     pub fn of(shader: &Shader) -> Numbers {
         let sources = Strings::of_types(shader, &|ty| matches!(ty, Ty::Int | Ty::Float));
-        Numbers { sources, counters: Counters::of(shader) }
+        Numbers { sources: Some(sources), counters: Counters::of(shader) }
+    }
+
+    /// For a shader that is being rewritten: what is read from locals may be anything.
+    pub fn of_values() -> Numbers {
+        Numbers { sources: None, counters: Counters::default() }
     }
 
     /// The ints that a value can be; `None` when they are not few.
@@ -186,9 +192,10 @@ impl Walk<'_> {
         if let Some((_, computed)) = self.inside.iter().find(|(other, _)| *other == l) {
             return if *computed == self.computed { Can::Few(BTreeSet::new()) } else { Can::all() };
         }
-        let Some((values, copies)) = self.numbers.sources.stored(l) else { return Can::all() };
+        let Some((values, copies)) = self.numbers.sources.as_ref().and_then(|s| s.stored(l)) else { return Can::all() };
         self.inside.push((l, self.computed));
-        let mut can = Can::Few(BTreeSet::new());
+        let partial = self.numbers.sources.as_ref().is_some_and(|s| s.is_partial(l));
+        let mut can = Can::Few(if partial { BTreeSet::from([0]) } else { BTreeSet::new() });
         for v in values {
             let next = self.value(*v);
             can = can.or(next);
@@ -238,6 +245,8 @@ impl Walk<'_> {
                 let hi = if r.hi > 0.0 { r.last() } else { r.hi.trunc() };
                 Can::Range(range(r.lo.trunc().max(f64::from(i32::MIN)), hi.min(f64::from(i32::MAX)), false))
             }
+            // A NaN is in no range.
+            Inst::Binary(op, a, _) if compares(*op) && self.shader.values[a.0 as usize].ty != Ty::Int => Can::bits(),
             Inst::Binary(op, a, b) => {
                 let numbers = |v: &ValueId| matches!(self.shader.values[v.0 as usize].ty, Ty::Int | Ty::Float);
                 let (a, b) = if numbers(a) { (self.value(*a), self.value(*b)) } else { (Can::all(), Can::all()) };
@@ -288,7 +297,7 @@ fn binary(op: BinaryOp, a: &Can, b: &Can, ty: Ty) -> Can {
     let (a, b) = (a.range(), b.range());
     let constant = (b.lo == b.hi).then_some(b.lo);
     Can::Range(match op {
-        op if compares(op) => return Can::bits(),
+        op if compares(op) => return compared(op, a, b),
         BinaryOp::Add => range(a.lo + b.lo, a.hi + b.hi, a.open || b.open),
         BinaryOp::Sub => range(a.lo - b.hi, a.hi - b.lo, a.open),
         BinaryOp::Mul => {
@@ -312,6 +321,23 @@ fn binary(op: BinaryOp, a: &Can, b: &Can, ty: Ty) -> Can {
         BinaryOp::BitAnd if b.lo >= 0.0 => range(0.0, b.hi, false),
         _ => ALL,
     })
+}
+
+/// A comparison, which ranges that do not meet decide.
+fn compared(op: BinaryOp, a: Range, b: Range) -> Can {
+    let below = |a: Range, b: Range| a.hi < b.lo || a.open && a.hi == b.lo;
+    let known = match op {
+        BinaryOp::Lt if below(a, b) => Some(1),
+        BinaryOp::Gt if below(b, a) => Some(1),
+        BinaryOp::Le if a.hi <= b.lo => Some(1),
+        BinaryOp::Ge if b.hi <= a.lo => Some(1),
+        BinaryOp::Lt if b.hi <= a.lo => Some(0),
+        BinaryOp::Gt if a.hi <= b.lo => Some(0),
+        BinaryOp::Le if below(b, a) => Some(0),
+        BinaryOp::Ge if below(a, b) => Some(0),
+        _ => None,
+    };
+    known.map_or_else(Can::bits, |bit| Can::Few(BTreeSet::from([bit])))
 }
 
 /// What is left of a division: no larger than `most`, and with the sign of `a`.

@@ -11,6 +11,8 @@ pub(super) struct Strings {
     copies: HashMap<LocalId, Vec<LocalId>>,
     /// Locals that something other than the shader may write.
     foreign: HashSet<LocalId>,
+    /// Arrays with elements that nothing certain stores to: these hold zero, or the empty string.
+    partial: HashSet<LocalId>,
 }
 
 impl Strings {
@@ -20,9 +22,18 @@ impl Strings {
 
     /// As [`Strings::of`], for locals of other types.
     pub fn of_types(shader: &Shader, wanted: &dyn Fn(Ty) -> bool) -> Strings {
-        let mut strings = Strings { values: HashMap::new(), copies: HashMap::new(), foreign: HashSet::new() };
+        let (values, copies) = (HashMap::new(), HashMap::new());
+        let mut strings = Strings { values, copies, foreign: HashSet::new(), partial: HashSet::new() };
+        let mut elements: HashMap<LocalId, HashSet<i32>> = HashMap::new();
         let is_wanted = |l: &LocalId| wanted(shader.locals[l.0 as usize].ty);
         for block in shader.blocks() {
+            block.walk(&mut |s| {
+                if let Stmt::StoreElem(l, i, _) = s
+                    && let Inst::Const(Const::Int(i)) = shader.values[i.0 as usize].inst
+                {
+                    elements.entry(*l).or_default().insert(i);
+                }
+            });
             block.walk(&mut |s| match s {
                 Stmt::Store(l, v) | Stmt::StoreElem(l, _, v) if is_wanted(l) => {
                     strings.values.entry(*l).or_default().push(*v);
@@ -37,6 +48,17 @@ impl Strings {
         let supplied = |kind| matches!(kind, LocalKind::Input(_) | LocalKind::Global(_));
         let inputs = shader.locals.iter().enumerate().filter(|(_, l)| supplied(l.kind));
         strings.foreign.extend(inputs.map(|(i, _)| LocalId(i as u32)));
+        for (i, local) in shader.locals.iter().enumerate() {
+            let id = LocalId(i as u32);
+            let Some(len) = local.len.filter(|_| is_wanted(&id)) else { continue };
+            // A loop over an unknown index is taken to fill the array.
+            let constant_only =
+                strings.values.get(&id).map_or(0, Vec::len) == elements.get(&id).map_or(0, HashSet::len);
+            let filled = elements.get(&id).map_or(0, HashSet::len) >= len as usize;
+            if constant_only && !filled && !strings.copies.contains_key(&id) {
+                strings.partial.insert(id);
+            }
+        }
         strings
     }
 
@@ -46,6 +68,11 @@ impl Strings {
             map.get(&local).map_or(&[], Vec::as_slice)
         }
         (!self.foreign.contains(&local)).then(|| (list(&self.values, local), list(&self.copies, local)))
+    }
+
+    /// Whether an array may hold zeros beside what is stored to it.
+    pub fn is_partial(&self, local: LocalId) -> bool {
+        self.partial.contains(&local)
     }
 
     /// All texts that these values and locals can be; see [`Strings::constants`].
@@ -79,6 +106,12 @@ impl Strings {
                     continue;
                 }
                 let (stored, copied) = self.stored(l)?;
+                if self.partial.contains(&l)
+                    && let Some(zero) = crate::interp::ops::zero(shader.locals[l.0 as usize].ty)
+                    && !found.contains(&zero)
+                {
+                    found.push(zero);
+                }
                 values.extend(stored);
                 locals.extend(copied);
             } else {

@@ -1,19 +1,24 @@
 //! Unrolls loops that make closures: a lobe slot is one call site, so each turn needs its own. And short ones that make
 //! texts of what they change: texts are made at compile time.
 //!
-//! Part of `fold`, which knows after each turn whether there is another. A loop with closures whose number of turns does not
-//! fold to a constant, or that jumps out on a condition only the device knows, is a diagnostic; one with texts stays a loop.
+//! Part of `fold`, which knows after each turn whether there is another. Where only the device knows, because of the condition or
+//! of a jump, the turns that follow stand in a branch. A loop with closures whose number of turns has no bound that is known is a
+//! diagnostic; one with texts stays a loop.
 
 use super::fold::Folder;
+use super::numbers::Numbers;
 use crate::builtins::{self, Lowering};
 use crate::diag::Diagnostic;
 use crate::interp::ops;
-use crate::ir::{Arg, Block, Inst, Loop, Shader, Stmt, ValueId};
+use crate::ir::{Arg, Block, Const, Inst, LocalId, Loop, Shader, Stmt, Ty, UnaryOp, ValueId};
 use crate::source::Span;
 use std::collections::{HashMap, HashSet};
 
 /// Most turns of an unrolled loop.
 const MAX_TURNS: usize = 256;
+
+/// Most branches around a turn: drivers' compilers nest no deeper than 256.
+const MAX_BRANCHES: usize = 100;
 
 /// Most values that unrolling may grow a shader to: loops inside each other multiply.
 const MAX_VALUES: usize = 2_000_000;
@@ -41,9 +46,15 @@ fn closure_call(shader: &Shader, l: &Loop) -> Option<Span> {
     found
 }
 
+/// What only the host answers without looking into a text.
+const QUESTIONS: [&str; 4] = ["unknown_name", "is_constant", "is_connected", "array_length"];
+
 /// Whether it holds a call that only the host can carry out, on something that the loop changes.
 pub(super) fn makes_texts(shader: &Shader, l: &Loop) -> bool {
-    let is_host = |func| builtins::row(func).lowering == Lowering::Host;
+    let is_host = |func| {
+        let row = builtins::row(func);
+        matches!(row.lowering, Lowering::Host | Lowering::InternalHost) && !QUESTIONS.contains(&row.name)
+    };
     let mut changed = HashSet::new();
     let mut varies = HashSet::new();
     let blocks = [&l.head, &l.body, &l.step];
@@ -87,14 +98,26 @@ fn has_jump(block: &Block) -> bool {
 enum Refusal {
     /// It would be too much.
     TooMany,
-    /// The number of turns is not known.
+    /// The number of turns has no bound that is known.
     Unknown,
+}
+
+/// How a loop is unrolled.
+#[derive(Clone, Copy)]
+struct Way {
+    /// Most values that the shader may have.
+    limit: usize,
+    /// Set by `break`, and by both jumps: the rest of the loop, and of the turn, is left out.
+    flags: Option<(LocalId, LocalId)>,
+    /// Whether turns may stand in branches, where only the device knows whether they come.
+    branches: bool,
+    span: Span,
 }
 
 impl Folder<'_> {
     /// Unrolls a loop with closures; where that cannot be, it is an error.
     pub(super) fn unroll(&mut self, l: &Loop, out: &mut Block) {
-        if let Err(why) = self.turns(l, MAX_VALUES, out) {
+        if let Err(why) = self.turns(l, MAX_VALUES, true, out) {
             let span = closure_call(self.shader, l);
             self.refuse(span, matches!(why, Refusal::TooMany));
         }
@@ -105,7 +128,8 @@ impl Folder<'_> {
         let (values, stmts, errors) = (self.shader.values.len(), out.stmts.len(), self.errors.len());
         let state = self.state.clone();
         let limit = MAX_VALUES.min(values + MAX_TEXT_VALUES);
-        if self.turns(l, limit, out).is_ok() && self.errors.len() == errors && self.shader.values.len() <= limit {
+        let done = !has_jump(&l.body) && self.turns(l, limit, false, out).is_ok();
+        if done && self.errors.len() == errors && self.shader.values.len() <= limit {
             return true;
         }
         self.shader.values.truncate(values);
@@ -116,49 +140,172 @@ impl Folder<'_> {
         false
     }
 
-    fn turns(&mut self, l: &Loop, limit: usize, out: &mut Block) -> Result<(), Refusal> {
-        for turn in 0..=MAX_TURNS {
-            if self.shader.values.len() > limit {
+    fn turns(&mut self, l: &Loop, limit: usize, branches: bool, out: &mut Block) -> Result<(), Refusal> {
+        let span = self.shader.values[l.cond.0 as usize].span;
+        let flags =
+            has_jump(&l.body).then(|| ["left", "skipped"].map(|n| self.shader.add_variable(n.into(), Ty::Int, None)));
+        let flags = flags.map(|[left, skipped]| (left, skipped));
+        if let Some((left, _)) = flags {
+            self.set_flag(left, 0, span, out);
+        }
+        self.turn(l, 0, 0, &Way { limit, flags, branches, span }, out)
+    }
+
+    /// The turns from this one on. `depth`: branches around it.
+    fn turn(&mut self, l: &Loop, first: usize, depth: usize, way: &Way, out: &mut Block) -> Result<(), Refusal> {
+        let mut turn = first;
+        loop {
+            if self.shader.values.len() > way.limit || turn > MAX_TURNS {
                 return Err(Refusal::TooMany);
             }
             if !(l.tested_after && turn == 0) {
                 let mut map = HashMap::new();
                 let head = self.copy(&l.head, &mut map);
                 self.stmts(head, out);
-                let cond = map.get(&l.cond).copied().unwrap_or(l.cond);
-                match self.const_of(cond).map(ops::is_true) {
+                let cond = self.resolve(map.get(&l.cond).copied().unwrap_or(l.cond));
+                match self.truth(cond) {
                     Some(false) => return Ok(()),
                     Some(true) if turn < MAX_TURNS => {}
                     Some(true) => return Err(Refusal::TooMany),
-                    None => return Err(Refusal::Unknown),
-                }
-            }
-            let mut map = HashMap::new();
-            let body = self.copy(&l.body, &mut map);
-            let mut folded = self.block(body);
-            match folded.stmts.last() {
-                Some(Stmt::Break) => {
-                    folded.stmts.pop();
-                    if has_jump(&folded) {
-                        return Err(Refusal::Unknown);
+                    None => {
+                        return self.branch(cond, depth, way, out, |this, depth, then| {
+                            if this.body(l, depth, turn, way, then)? {
+                                Ok(())
+                            } else {
+                                this.turn(l, turn + 1, depth, way, then)
+                            }
+                        });
                     }
-                    out.stmts.append(&mut folded.stmts);
-                    return Ok(());
                 }
-                Some(Stmt::Continue) => {
-                    folded.stmts.pop();
-                }
-                _ => {}
             }
-            if has_jump(&folded) {
-                return Err(Refusal::Unknown);
+            if self.body(l, depth, turn, way, out)? {
+                return Ok(());
             }
-            out.stmts.append(&mut folded.stmts);
-            let mut map = HashMap::new();
-            let step = self.copy(&l.step, &mut map);
-            self.stmts(step, out);
+            turn += 1;
         }
-        Err(Refusal::TooMany)
+    }
+
+    /// The body of a turn and the step after it; whether that was all: what follows stands in a branch, or never comes.
+    fn body(&mut self, l: &Loop, depth: usize, turn: usize, way: &Way, out: &mut Block) -> Result<bool, Refusal> {
+        let mut map = HashMap::new();
+        let mut body = self.copy(&l.body, &mut map);
+        if let Some((left, skipped)) = way.flags {
+            self.set_flag(skipped, 0, way.span, out);
+            body = self.without_jumps(body, left, skipped, way.span);
+        }
+        self.stmts(body, out);
+        if let Some((left, _)) = way.flags {
+            let left = self.fresh(Inst::Load(left), way.span, out);
+            match self.const_of(left).map(ops::is_true) {
+                Some(true) => return Ok(true),
+                Some(false) => {}
+                None => {
+                    let stays = self.fresh(Inst::Unary(UnaryOp::Not, left), way.span, out);
+                    self.branch(stays, depth, way, out, |this, depth, then| {
+                        this.step(l, then);
+                        this.turn(l, turn + 1, depth, way, then)
+                    })?;
+                    return Ok(true);
+                }
+            }
+        }
+        self.step(l, out);
+        Ok(false)
+    }
+
+    fn step(&mut self, l: &Loop, out: &mut Block) {
+        let mut map = HashMap::new();
+        let step = self.copy(&l.step, &mut map);
+        self.stmts(step, out);
+    }
+
+    /// What stands in a branch.
+    fn branch(
+        &mut self,
+        cond: ValueId,
+        depth: usize,
+        way: &Way,
+        out: &mut Block,
+        fill: impl FnOnce(&mut Self, usize, &mut Block) -> Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
+        if !way.branches || depth == MAX_BRANCHES {
+            return Err(Refusal::Unknown);
+        }
+        self.state.enter();
+        let mut then = Block::default();
+        let done = fill(self, depth + 1, &mut then);
+        let after = self.state.leave();
+        self.state.meet(&[after, HashMap::new()]);
+        out.stmts.push(Stmt::If(cond, then, Block::default()));
+        done
+    }
+
+    /// Whether a condition holds, if that is known.
+    fn truth(&self, cond: ValueId) -> Option<bool> {
+        if let Some(c) = self.const_of(cond) {
+            return Some(ops::is_true(c));
+        }
+        let can = Numbers::of_values().few(self.shader, cond)?;
+        match (can.contains(&0), can.iter().any(|i| *i != 0)) {
+            (true, false) => Some(false),
+            (false, true) => Some(true),
+            _ => None,
+        }
+    }
+
+    fn fresh(&mut self, inst: Inst, span: Span, out: &mut Block) -> ValueId {
+        let mut made = Block::default();
+        let id = self.shader.emit(inst, Ty::Int, span, &mut made);
+        self.same.push(id);
+        self.stmts(made, out);
+        self.resolve(id)
+    }
+
+    fn set_flag(&mut self, flag: LocalId, value: i32, span: Span, out: &mut Block) {
+        let mut made = Block::default();
+        self.flag(flag, value, span, &mut made);
+        self.stmts(made, out);
+    }
+
+    fn flag(&mut self, flag: LocalId, value: i32, span: Span, out: &mut Block) {
+        let value = self.shader.emit_constant(Const::Int(value), span, out);
+        self.same.push(value);
+        out.stmts.push(Stmt::Store(flag, value));
+    }
+
+    /// A body with flags in the place of jumps, not folded.
+    fn without_jumps(&mut self, block: Block, left: LocalId, skipped: LocalId, span: Span) -> Block {
+        let mut out = Block::default();
+        let mut stmts = block.stmts.into_iter();
+        while let Some(stmt) = stmts.next() {
+            match stmt {
+                Stmt::Break => {
+                    self.flag(left, 1, span, &mut out);
+                    self.flag(skipped, 1, span, &mut out);
+                    return out;
+                }
+                Stmt::Continue => {
+                    self.flag(skipped, 1, span, &mut out);
+                    return out;
+                }
+                Stmt::If(cond, a, b) if has_jump(&a) || has_jump(&b) => {
+                    let a = self.without_jumps(a, left, skipped, span);
+                    let b = self.without_jumps(b, left, skipped, span);
+                    out.stmts.push(Stmt::If(cond, a, b));
+                    let rest = self.without_jumps(Block { stmts: stmts.collect() }, left, skipped, span);
+                    if !rest.stmts.is_empty() {
+                        let now = self.shader.emit(Inst::Load(skipped), Ty::Int, span, &mut out);
+                        self.same.push(now);
+                        let on = self.shader.emit(Inst::Unary(UnaryOp::Not, now), Ty::Int, span, &mut out);
+                        self.same.push(on);
+                        out.stmts.push(Stmt::If(on, rest, Block::default()));
+                    }
+                    return out;
+                }
+                other => out.stmts.push(other),
+            }
+        }
+        out
     }
 
     fn refuse(&mut self, span: Option<Span>, too_many: bool) {
@@ -166,11 +313,13 @@ impl Folder<'_> {
         let what = if too_many {
             format!("a closure call inside a loop of more than {MAX_TURNS} turns")
         } else {
-            "a closure call inside a loop whose number of turns is not known at compile time".to_string()
+            "a closure call inside a loop whose number of turns has no bound that is known at compile time".to_string()
         };
         let d = Diagnostic::not_yet("E4003", span, what);
         if !self.errors.contains(&d) {
-            self.errors.push(d.help("sum the weights in the loop and call the closure after it"));
+            self.errors.push(
+                d.help("bound it, as in `i < min(n, 8)`, or sum the weights in the loop and call the closure after it"),
+            );
         }
     }
 
