@@ -9,6 +9,7 @@
 
 mod cases;
 mod closures;
+mod clouds;
 mod dead;
 mod derivatives;
 mod dialogue;
@@ -24,12 +25,13 @@ mod traces;
 mod unroll;
 
 pub use closures::closures;
+pub use clouds::clouds;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
 pub(crate) use specialise::{fitted, length_of};
-pub use textures::{TextureUse, clouds, textures};
+pub use textures::{TextureUse, textures};
 pub use traces::{Traces, traces};
 
 use crate::attributes::Attributes;
@@ -125,6 +127,8 @@ pub fn optimise_with(
     check(shader, "dictionary");
     let mut said = traces::answer(shader, settings.rays)?;
     check(shader, "traces");
+    said.extend(clouds::answer(shader, settings.rays));
+    check(shader, "clouds");
     dialogue::dialogue(shader, settings.sources)?;
     check(shader, "dialogue");
     closures(shader)?;
@@ -165,7 +169,7 @@ pub fn optimise_with(
     textures::textures(shader)?;
     traces::traces(shader)?;
     if settings.target == Target::Device {
-        textures::clouds(shader)?;
+        clouds::clouds(shader)?;
     }
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     said.extend(warnings);
