@@ -1,5 +1,5 @@
 // What the stages share: buffers, path state, queues. The plan writes layout.h: the list of buffers (STAGE_ARGS, Context,
-// STAGE_CONTEXT), the planes of path state (PATH_*, PATHU_*), queues (QUEUE_*), settings (SETTING_*), constants (CONSTANT_*)
+// STAGE_CONTEXT), the fields of path state (PATH_*, PATHU_*), queues (QUEUE_*), settings (SETTING_*), constants (CONSTANT_*)
 // and counters (COUNTER_*), each only if the scene calls for it.
 //
 // In, out: global memory. Slots are paths in flight; a slot belongs to one pixel, so each value has one writer.
@@ -27,47 +27,70 @@ static inline uint setting(const Context *c, uint which) { return c->settings[wh
 static inline real constant_real(const Context *c, uint which) { return c->constants[which]; }
 static inline real3 constant_real3(const Context *c, uint which) { return vload3(0, c->constants + which); }
 
-// ---- Path state: planes of one number per slot ---------------------------------------------------------------------
+// ---- Path state: a record per slot (ADR 0022) -----------------------------------------------------------------------
 
-static inline size_t path_at(const Context *c, uint plane, uint slot) { return (size_t)plane * PATHS + slot; }
-// Some planes may be of 16 bits: the names of these have the bit PLANE_HALF, so that what a name stands for is known when the
-// kernel is built.
-static inline real path_get(const Context *c, uint plane, uint slot)
+// PATH_* and PATHU_* are places in the records of reals and of uints. Triples of reals lie at multiples of four, so that each is
+// read and written at once. Some fields may be of 16 bits, in records of their own: their places have the bit FIELD_HALF, so that
+// what a name stands for is known when the kernel is built.
+static inline __global real *path_real(const Context *c, uint field, uint slot)
 {
-#ifdef PLANE_HALF
-    if (plane & PLANE_HALF) return vload_half(path_at(c, plane & ~PLANE_HALF, slot), c->path_half);
-#endif
-    return c->path[path_at(c, plane, slot)];
+    return c->path + (size_t)slot * REALS_PER_PATH + field;
 }
-static inline void path_set(const Context *c, uint plane, uint slot, real v)
+#ifdef FIELD_HALF
+static inline size_t path_half_at(uint field, uint slot)
 {
-#ifdef PLANE_HALF
-    if (plane & PLANE_HALF) {
+    return (size_t)slot * HALVES_PER_PATH + (field & ~FIELD_HALF);
+}
+#endif
+static inline real path_get(const Context *c, uint field, uint slot)
+{
+#ifdef FIELD_HALF
+    if (field & FIELD_HALF) return vload_half(path_half_at(field, slot), c->path_half);
+#endif
+    return *path_real(c, field, slot);
+}
+static inline void path_set(const Context *c, uint field, uint slot, real v)
+{
+#ifdef FIELD_HALF
+    if (field & FIELD_HALF) {
         // What is no number stays none, for `accumulate` to count.
         if (fabs(v) > 65504) {
             v = copysign((real)65504, v);
             atomic_inc(&c->counters[COUNTER_clamped]);
         }
-        vstore_half_rte((float)v, path_at(c, plane & ~PLANE_HALF, slot), c->path_half);
+        vstore_half_rte((float)v, path_half_at(field, slot), c->path_half);
         return;
     }
 #endif
-    c->path[path_at(c, plane, slot)] = v;
+    *path_real(c, field, slot) = v;
 }
-static inline real3 path_get3(const Context *c, uint plane, uint slot)
+static inline real3 path_get3(const Context *c, uint field, uint slot)
 {
-    return (real3)(path_get(c, plane, slot), path_get(c, plane + 1, slot), path_get(c, plane + 2, slot));
+#ifdef FIELD_HALF
+    if (field & FIELD_HALF)
+        return (real3)(path_get(c, field, slot), path_get(c, field + 1, slot), path_get(c, field + 2, slot));
+#endif
+    return ((__global real4 *)path_real(c, field, slot))->xyz;
 }
-static inline void path_set3(const Context *c, uint plane, uint slot, real3 v)
+static inline void path_set3(const Context *c, uint field, uint slot, real3 v)
 {
-    path_set(c, plane, slot, v.x);
-    path_set(c, plane + 1, slot, v.y);
-    path_set(c, plane + 2, slot, v.z);
+#ifdef FIELD_HALF
+    if (field & FIELD_HALF) {
+        path_set(c, field, slot, v.x);
+        path_set(c, field + 1, slot, v.y);
+        path_set(c, field + 2, slot, v.z);
+        return;
+    }
+#endif
+    *(__global real4 *)path_real(c, field, slot) = (real4)(v, 0);
 }
-static inline uint path_get_uint(const Context *c, uint plane, uint slot) { return c->path_uint[path_at(c, plane, slot)]; }
-static inline void path_set_uint(const Context *c, uint plane, uint slot, uint v)
+static inline uint path_get_uint(const Context *c, uint field, uint slot)
 {
-    c->path_uint[path_at(c, plane, slot)] = v;
+    return c->path_uint[(size_t)slot * UINTS_PER_PATH + field];
+}
+static inline void path_set_uint(const Context *c, uint field, uint slot, uint v)
+{
+    c->path_uint[(size_t)slot * UINTS_PER_PATH + field] = v;
 }
 
 // The pixel of a slot: its number in the picture, row by row.

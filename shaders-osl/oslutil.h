@@ -59,14 +59,16 @@ float draw_string(string str, float s, float t, int wrap_s, int wrap_t, int jitt
         177547848, 32, 135339908, 32, 68165692, 124, 68161564, 28, 135012412, 60, 84153412, 68, 169093132, 60, 160772676, 68,
         137200640, 0, 2080768, 0, 17670272, 0, 33686544, 8
     };
+    // `mod` of ints keeps the sign.
+    int wrapped(int a, int n) { return mod(mod(a, n) + n, n); }
     int width = strlen(str) * 8;
     int shift = jitter ? hash(str) : 0;
     int x = int(floor(s));
     int y = int(floor(t));
     if (wrap_s)
-        x = mod(x + (shift & 15), width + 14);
+        x = wrapped(x + (shift & 15), width + 14);
     if (wrap_t)
-        y = mod(y + ((shift >> 16) & 15), 28);
+        y = wrapped(y + ((shift >> 16) & 15), 28);
     int index = x / 8;
     int column = x - index * 8 - 1;
     if (x < 0 || x >= width || column < 0 || column > 4 || y < 0 || y > 13)

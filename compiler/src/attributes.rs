@@ -10,6 +10,10 @@ pub use crate::ir::Const as Value;
 /// The version of OSL that `osl:version` answers.
 const VERSION: i32 = 11600;
 
+/// The types of rays that `raytype` knows, with their bits in `ShaderGlobals.raytype` (kernels/globals.h).
+pub const RAY_TYPES: [(&str, u32); 6] =
+    [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
+
 /// A named value of the renderer: of its camera, of the scene, of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
@@ -31,6 +35,8 @@ pub struct Attributes {
     /// Names of attributes that differ from object to object: the renderer supplies them as userdata, whose name
     /// [`asked`] reads.
     pub varying: Vec<String>,
+    /// For some of `varying` all the ints, or all the strings, that objects have there: a shader may make texts of them.
+    pub values: Vec<(String, Vec<Const>)>,
     /// What is asked without naming an object is as in `varying`, whatever its name: the scene is not known yet. Questions that
     /// name an object, or choose the name while the shader runs, are errors then.
     pub open: bool,
@@ -67,6 +73,12 @@ pub(crate) struct Question<'a> {
 }
 
 impl Attributes {
+    /// All values of this type that objects have under a name, if that is known.
+    pub(crate) fn values_of(&self, name: &str, ty: crate::ir::Ty) -> Option<&[Const]> {
+        let (_, values) = self.values.iter().find(|(n, _)| n == name)?;
+        (!self.open && values.iter().all(|v| v.ty() == Some(ty))).then_some(values)
+    }
+
     /// The value for userdata of this name, which [`asked`] reads; arrays as [`Const::Array`]. `None`: there is none.
     pub fn answer(&self, userdata: &str) -> Option<Value> {
         let ty = userdata.strip_prefix("attribute ")?.split(' ').next()?;
@@ -178,5 +190,16 @@ mod tests {
         assert_eq!(answer(-1, "point"), Some(Const::Triple([4.0, 3.0, 0.0])));
         assert_eq!(answer(-1, "float[2]"), Some(Const::Array(vec![Const::Float(4.0), Const::Float(3.0)])));
         assert_eq!(answer(-1, "int"), None);
+    }
+
+    #[test]
+    fn the_kernels_know_the_same_types_of_rays() {
+        let header = include_str!("../../kernels/globals.h");
+        let bits: Vec<(String, u32)> = header
+            .lines()
+            .filter_map(|l| l.strip_prefix("#define RAY_")?.split_once(' '))
+            .map(|(name, bit)| (name.to_lowercase(), bit.parse().expect("a bit")))
+            .collect();
+        assert_eq!(bits, RAY_TYPES.map(|(name, bit)| (name.to_owned(), bit)));
     }
 }

@@ -2,19 +2,8 @@
 #ifndef OSLCL_STAGE_ACCUMULATE_H
 #define OSLCL_STAGE_ACCUMULATE_H
 
+#include "compensated.h"
 #include "context.h"
-
-// Kahan, "Pracniques: Further Remarks on Reducing Truncation Errors", 1965: what a sum loses is kept beside it.
-static inline void add_compensated(__global real *sum, __global real *lost, real x)
-{
-    const real before = *sum;
-    const real y = x - *lost;
-    // Relaxed arithmetic would find that nothing can be lost; it may not look behind what is volatile.
-    volatile real t = before + y;
-    volatile real grown = t - before;
-    *lost = grown - y;
-    *sum = t;
-}
 
 static inline int stage_accumulate(const Context *c, uint slot)
 {
@@ -25,13 +14,15 @@ static inline int stage_accumulate(const Context *c, uint slot)
         L = (real3)(0);
     }
     const size_t at = setting(c, SETTING_slots_per_pixel) * (size_t)setting(c, SETTING_pixel_first) + slot;
-    __global real *film = c->film + 2 * FILM_CHANNELS * at;
-    add_compensated(film, film + FILM_CHANNELS, L.x);
-    add_compensated(film + 1, film + FILM_CHANNELS + 1, L.y);
-    add_compensated(film + 2, film + FILM_CHANNELS + 2, L.z);
+    real4 sample = (real4)(L, 0);
 #ifdef PATH_hole
-    add_compensated(film + 3, film + FILM_CHANNELS + 3, clamp(1 - path_get(c, PATH_hole, slot), (real)0, (real)1));
+    sample.w = clamp(1 - path_get(c, PATH_hole, slot), (real)0, (real)1);
 #endif
+    __global real4 *film = (__global real4 *)c->film + 2 * at;
+    real4 sum = film[0], lost = film[1];
+    add_compensated(&sum, &lost, sample);
+    film[0] = sum;
+    film[1] = lost;
     uint next = path_get_uint(c, PATHU_sample, slot) + setting(c, SETTING_slots_per_pixel);
     return next < setting(c, SETTING_sample_end) ? QUEUE_gen : QUEUE_NONE;
 }

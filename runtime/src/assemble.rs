@@ -14,6 +14,7 @@ macro_rules! embed {
 
 /// Every file of kernels/, by its path there.
 static KERNELS: &[(&str, &str)] = embed![
+    "compensated.h",
     "context.h",
     "cubes.h",
     "geometry.h",

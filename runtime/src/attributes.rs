@@ -28,7 +28,13 @@ pub(crate) fn of_material(scene: &Scene, of: usize) -> Attributes {
             None => find(&scene.materials[of].attributes, name).or_else(|| find(&scene.attributes, name)),
         };
         match first {
-            _ if values.any(|v| v != first) => out.varying.push(name.to_owned()),
+            _ if values.any(|v| v != first) => {
+                out.varying.push(name.to_owned());
+                let all = instances.iter().filter_map(|i| of_instance(scene, *i, name));
+                if let Some(values) = texts_or_ints(all) {
+                    out.values.push((name.to_owned(), values));
+                }
+            }
             Some(value) => add(&mut out.list, "", name, value),
             None => {}
         }
@@ -43,6 +49,31 @@ pub(crate) fn of_material(scene: &Scene, of: usize) -> Attributes {
         mesh.attributes.iter().for_each(|(name, value)| add(&mut out.list, &mesh.name, name, value));
     }
     out
+}
+
+/// Most values of an attribute that shaders make texts of.
+const MAX_VALUES: usize = 256;
+
+/// Each of these values once, if all are strings or all are ints.
+fn texts_or_ints<'a>(values: impl Iterator<Item = &'a ParamValue>) -> Option<Vec<Value>> {
+    let mut out: Vec<Value> = Vec::new();
+    for value in values {
+        let value = match value {
+            ParamValue::Int(v) => Value::Int(i32::try_from(*v).ok()?),
+            ParamValue::Str(s) => Value::Str(s.clone()),
+            _ => return None,
+        };
+        if out.first().is_some_and(|first| first.ty() != value.ty()) {
+            return None;
+        }
+        if !out.contains(&value) {
+            out.push(value);
+        }
+        if out.len() > MAX_VALUES {
+            return None;
+        }
+    }
+    Some(out)
 }
 
 fn material(scene: &Scene, instance: usize) -> usize {

@@ -28,7 +28,9 @@ fn main() -> ExitCode {
 }
 
 fn start(cli: &Cli) -> anyhow::Result<()> {
-    log(cli.verbose).context("cannot start the log")?;
+    // The first `-v` of `plan` makes its table longer.
+    let told = u8::from(matches!(cli.command, cli::args::Command::Plan(_)));
+    log(cli.verbose.saturating_sub(told)).context("cannot start the log")?;
     cli::run(cli)?;
     Ok(())
 }

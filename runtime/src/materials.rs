@@ -7,11 +7,9 @@ use crate::roads::Road;
 use crate::scene::{FromPackage, Location, Material, ParamValue, Scene};
 use crate::supplies::Supplies;
 use crate::textures::{self, Library};
-use crate::{attributes, displace, vertex_data};
+use crate::{attributes, displace, shader_group, vertex_data};
 use oslcl_compiler::diag::Diagnostic;
-use oslcl_compiler::{
-    Artifact, Binding, Entry, Failure, Group, Includes, Master, Options, ParseError, TextError, compile,
-};
+use oslcl_compiler::{Artifact, Binding, Entry, Failure, Group, Includes, Options, compile};
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -127,18 +125,18 @@ fn jobs(scene: &Scene) -> Vec<(usize, Role)> {
 
 /// Compiles every material that is used, in parallel. The first error in the scene's order is reported.
 pub fn compile_all(scene: &Scene) -> Result<Compiled, Error> {
-    compile_for(scene, false, Road::default())
+    compile_for(scene, false, Road::default(), false)
 }
 
 /// As [`compile_all`]; `interactive`: values of interactive parameters of materials on surfaces and around them are read at
-/// run time.
-pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road) -> Result<Compiled, Error> {
+/// run time; `explain`: artifacts say which parameters decide about what they use.
+pub(crate) fn compile_for(scene: &Scene, interactive: bool, road: Road, explain: bool) -> Result<Compiled, Error> {
     let _span = tracing::info_span!("materials").entered();
     let jobs = jobs(scene);
     let settings = textures::Settings { search: scene.textures.clone(), ..textures::Settings::default() };
     let library = Arc::new(Library::new(settings));
     let packages = packages(scene, &jobs)?;
-    let settings = Settings { scene, library: &library, packages: &packages, interactive, road };
+    let settings = Settings { scene, library: &library, packages: &packages, interactive, road, explain };
     let next = AtomicUsize::new(0);
     let results: Vec<Mutex<Option<Result<_, Error>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
     let work = || {
@@ -256,6 +254,7 @@ struct Settings<'a> {
     packages: &'a HashMap<PathBuf, Package>,
     interactive: bool,
     road: Road,
+    explain: bool,
 }
 
 impl Settings<'_> {
@@ -263,7 +262,7 @@ impl Settings<'_> {
         let material = &self.scene.materials[index];
         match &material.package {
             Some(from) => self.taken(index, role, from),
-            None => compile_one(self.scene, index, role, self.library, self.interactive, self.road)
+            None => compile_one(self, index, role)
                 .map_err(|failure| Error::Compile { material: material.name.clone(), failure: Box::new(failure) }),
         }
     }
@@ -294,17 +293,11 @@ impl Settings<'_> {
     }
 }
 
-fn compile_one(
-    scene: &Scene,
-    index: usize,
-    role: Role,
-    library: &Arc<Library>,
-    interactive: bool,
-    road: Road,
-) -> Result<Made, Failure> {
+fn compile_one(settings: &Settings<'_>, index: usize, role: Role) -> Result<Made, Failure> {
+    let Settings { scene, library, .. } = *settings;
     let material = &scene.materials[index];
     let (interactive, of) = match role {
-        Role::Light => (interactive, index),
+        Role::Light => (settings.interactive, index),
         // Vertices are moved once, before anything else.
         Role::Displacement(of) => (false, of),
     };
@@ -318,7 +311,8 @@ fn compile_one(
         entry,
         before_geometry: matches!(role, Role::Displacement(_)),
         textures: Some(library.access()),
-        spirv: road == Road::Spirv,
+        spirv: settings.road == Road::Spirv,
+        explain: settings.explain,
         userdata: Some(vertex_data::declared(scene, of)),
         attributes: attributes::of_material(scene, of),
         interactive,
@@ -332,47 +326,19 @@ fn compile_one(
     Ok(Made { output, left_out: Vec::new(), supplies: None })
 }
 
-/// A group's shaders are files in the scene's folders or beside the scene, with or without `.osl`, or shipped ones. Values for the material are named
-/// `layer.param`, or `param` for one of the last layer.
+/// Values for the material are named `layer.param`, or `param` for one of the last layer.
 fn of_group(material: &Material, scene: &Scene, mut options: Options) -> Result<Made, Failure> {
-    let told = |d: Diagnostic| Failure { diagnostics: vec![d], sources: Arc::default() };
-    let beside = material.path.parent().unwrap_or(Path::new(""));
-    let folders: Vec<PathBuf> = scene.shaders.iter().cloned().chain([beside.to_path_buf()]).collect();
-    let mut find = |name: &str| {
-        let found = crate::shader_file::find(name, &folders);
-        let file = found.unwrap_or_else(|| beside.join(format!("{name}.osl")));
-        let source = match std::fs::read_to_string(&file) {
-            Ok(text) => text,
-            Err(cause) => match crate::scene::shipped(name) {
-                Some(text) => text.to_owned(),
-                None => {
-                    let message =
-                        format!("shader `{name}` is no shipped one, nor is it at {}: {cause}", file.display());
-                    return Err(told(TextError { line: 1, column: 1, message, help: None }.diagnostic()));
-                }
-            },
-        };
-        let options = Options { file_name: file.to_string_lossy().into_owned(), ..Options::default() };
-        Master::new(&source, &options, &Beside).map(Arc::new)
-    };
-    let mut group = Group::parse(&material.name, &material.source, &mut find).map_err(|e| match e {
-        ParseError::Text(e) => {
-            let message = format!("{}:{}:{}: shader group: {}", options.file_name, e.line, e.column, e.message);
-            let d = Diagnostic::global("E4017", message);
-            told(match e.help {
-                Some(help) => d.help(help),
-                None => d,
-            })
-        }
-        ParseError::Shader { cause, .. } => cause,
+    let mut group = shader_group::read(&shader_group::Request {
+        name: &material.name,
+        text: &material.source,
+        path: &material.path,
+        folders: &scene.shaders,
+        options: &Options::default(),
+        includes: &Beside,
     })?;
-    let last = group.layers.last().map_or("", |l| l.name.as_str());
     let bound = options.bindings.iter_mut().map(|(name, _)| name);
     for name in bound.chain(&mut options.interactive_names) {
-        let layer = name.split_once('.').map(|(layer, _)| layer);
-        if !layer.is_some_and(|layer| group.layers.iter().any(|l| l.name == layer)) {
-            *name = format!("{last}.{name}");
-        }
+        *name = shader_group::full_name(name, group.layers.iter().map(|l| l.name.as_str()));
     }
     let left_out = if scene.conventions.unknown_params_warn { drop_unknown(&mut group) } else { Vec::new() };
     Ok(Made { output: group.instance(&options)?, left_out, supplies: None })

@@ -140,17 +140,34 @@ pub struct Summary {
 
 /// Compiles a scene's materials and plans it: all that is decided before a device is needed.
 pub fn plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
-    plan_for(scene, &choices.overrides.apply(scene), choices, false, Road::default())
+    let purpose = Purpose { interactive: false, road: Road::default(), explain: false };
+    plan_for(scene, &choices.overrides.apply(scene), choices, purpose)
 }
 
-/// As [`plan`], of the scene as the choices leave what is `written`; `interactive`: interactive parameters can change between
-/// renders.
+/// As [`plan`], with the parameters that decide about each effect ([`crate::plan::ShaderPlace::deciders`]): materials are compiled several
+/// times to find them.
+pub fn explained_plan(scene: &Scene, choices: &Choices) -> Result<(Plan, Compiled), Error> {
+    let purpose = Purpose { interactive: false, road: Road::default(), explain: true };
+    plan_for(scene, &choices.overrides.apply(scene), choices, purpose)
+}
+
+/// What a plan is made for.
+#[derive(Clone, Copy)]
+pub(crate) struct Purpose {
+    /// Interactive parameters can change between renders.
+    pub interactive: bool,
+    /// How materials' code gets into programs.
+    pub road: Road,
+    /// It says which parameters decide.
+    pub explain: bool,
+}
+
+/// As [`plan`], of the scene as the choices leave what is `written`.
 pub(crate) fn plan_for(
     written: &Scene,
     scene: &Scene,
     choices: &Choices,
-    interactive: bool,
-    road: Road,
+    purpose: Purpose,
 ) -> Result<(Plan, Compiled), Error> {
     scene.check()?;
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
@@ -160,7 +177,7 @@ pub(crate) fn plan_for(
     if scene.instances.is_empty() && scene.environment.is_none() {
         return Err(Error::Empty);
     }
-    let mut compiled = materials::compile_for(scene, interactive, road)?;
+    let mut compiled = materials::compile_for(scene, purpose.interactive, purpose.road, purpose.explain)?;
     if written.environment.is_some()
         && let Some(id) = scene.environment
         && let Some(artifact) = &compiled.artifacts[id.0 as usize]

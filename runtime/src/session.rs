@@ -85,7 +85,8 @@ impl<'a> Session<'a> {
         // Better to hear of it now than after the work.
         roads::check(device, options.road).map_err(programs::Error::from)?;
         let start = Instant::now();
-        let (plan, compiled) = render::plan_for(written, &scene, &asked, interactive, options.road)?;
+        let purpose = render::Purpose { interactive, road: options.road, explain: false };
+        let (plan, compiled) = render::plan_for(written, &scene, &asked, purpose)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();

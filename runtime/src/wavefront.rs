@@ -27,9 +27,13 @@ const GROUP: usize = 64;
 const START: u32 = 1;
 const CLEARS: u32 = 0x8000_0000;
 
-/// Paths in flight: enough to fill a GPU; on a CPU few enough for each core's cache.
+/// Paths in flight: on a GPU so many that the launches of stages with little to do take a small part of the time; on a CPU few
+/// enough for each core's cache.
 const PATHS_PER_CORE: u32 = 1 << 13;
-const PATHS_GPU: u32 = 1 << 20;
+const PATHS_GPU: u32 = 1 << 22;
+
+/// Reals of a slot's film: sums of four channels, and what each has lost (kernels/stages/accumulate.h).
+const FILM_REALS: u64 = 8;
 
 /// Rounds of stages between two looks at the queues.
 const ROUNDS_CPU: u32 = 2;
@@ -74,8 +78,8 @@ impl Spread {
             DeviceKind::Gpu => PATHS_GPU,
             _ => PATHS_PER_CORE * device.info.units.clamp(1, 128),
         };
-        let fits =
-            device.info.memory / MEMORY_SHARE / plan.layout.bytes_per_path(plan.choices.precision.real_bytes()).max(1);
+        let room = (device.info.memory / MEMORY_SHARE).min(device.info.largest_buffer);
+        let fits = room / plan.layout.bytes_per_path(plan.choices.precision.real_bytes()).max(1);
         let wanted = (pixels * u64::from(samples)).clamp(GROUP as u64, u64::from(most));
         let paths = wanted.min(fits.max(GROUP as u64)).next_multiple_of(GROUP as u64) as u32;
         let slots_per_pixel = (u64::from(paths) / pixels.max(1)).clamp(1, u64::from(samples)) as u32;
@@ -461,15 +465,15 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
     let reals = |count: u64| count * plan.choices.precision.real_bytes();
     let words = |count: usize| 4 * count as u64;
     match id {
-        BufferId::Path => reals(paths * u64::from(layout.real_planes())),
-        BufferId::PathHalf => 2 * paths * u64::from(layout.half_planes()),
-        BufferId::PathUint => 4 * paths * u64::from(layout.uint_planes()),
+        BufferId::Path => reals(paths * u64::from(layout.reals_per_path())),
+        BufferId::PathHalf => 2 * paths * u64::from(layout.halves_per_path()),
+        BufferId::PathUint => 4 * paths * u64::from(layout.uints_per_path()),
         BufferId::Queues => 4 * paths * u64::from(layout.queue_count()),
         BufferId::Counters => words(layout.counter_words()),
         BufferId::Settings => words(Setting::ALL.len()),
         BufferId::Constants => reals(Constant::total() as u64),
         // Sums and what their rounding lost.
-        BufferId::Film => reals(2 * pixels * u64::from(spread.slots_per_pixel) * u64::from(layout.film_channels())),
+        BufferId::Film => reals(FILM_REALS * pixels * u64::from(spread.slots_per_pixel)),
         BufferId::Nodes => words(g.nodes.len()),
         BufferId::Triangles => reals(g.triangles.len() as u64),
         BufferId::TriangleIds => words(g.triangle_ids.len()),

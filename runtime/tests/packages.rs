@@ -204,6 +204,33 @@ fn files_that_are_none_are_refused() {
         let text = refused(&file::seal(ABI_VERSION, contents));
         assert!(text.contains("is not understood"), "{text}");
     }
+    // Changed by someone who knows the checksum: other values, or an error; no panic.
+    let contents = &good[file::HEADER..];
+    let mut state = 1_u64;
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % below
+    };
+    let (mut read, mut refused_shaders) = (0, 0);
+    for _ in 0..3000 {
+        let mut wrong = contents.to_vec();
+        for _ in 0..1 + random(3) {
+            // Most of it is code; what gives it its shape stands in the front.
+            let at = if random(2) == 0 { random(wrong.len()) } else { random(600) };
+            wrong[at] = random(256) as u8;
+        }
+        let Ok(package) = Package::from_bytes(Path::new("x.oslpak"), &file::seal(ABI_VERSION, &wrong)) else {
+            continue;
+        };
+        let names: Vec<String> = package.names().map(str::to_owned).collect();
+        for name in names {
+            match package.shader(Some(&name)) {
+                Ok(_) => read += 1,
+                Err(_) => refused_shaders += 1,
+            }
+        }
+    }
+    assert!(read > 100 && refused_shaders > 100, "{read} read, {refused_shaders} refused");
     // Where users meet it.
     at.write("cut.oslpak", &good[..good.len() - 10]);
     let place = "scene.toml:13:10: material `m`: the package `cut.oslpak` is cut off";
@@ -226,6 +253,17 @@ fn shaders_are_found_by_name() {
     );
     at.refuses(&ball("shader = \"two.oslpak:wood\""), &[], &[place, "no shader `wood`", "it has plastic, glass"]);
     at.refuses(&ball("shader = \"two.oslpak\""), &[], &[place, "2 shaders", "`two.oslpak:plastic`"]);
+    // One shader twice, under names of its own.
+    let args = ["red=plastic", "green=plastic", "-p", "red:Cs=1,0,0", "-p", "green:Cs=0,1,0"];
+    at.pack("named.oslpak", &args);
+    let picture = |scene: &str| at.render(&ball(scene), &[]).0;
+    assert!(picture("shader = \"named.oslpak:red\"") == picture("shader = \"plastic\"\nparams = { Cs = [1, 0, 0] }"));
+    assert!(picture("shader = \"named.oslpak:green\"") == picture("shader = \"plastic\"\nparams = { Cs = [0, 1, 0] }"));
+    let info = at.oslcl(&["info", "named.oslpak"]).succeeds().out;
+    assert!(info.contains("red: surface plastic") && info.contains("(compiled as [0, 1, 0])"), "{info}");
+    // Nothing in it hangs on when it is made.
+    at.pack("again.oslpak", &args);
+    assert!(at.read("named.oslpak") == at.read("again.oslpak"));
     // A package has each name once, and every file has to compile.
     at.write("other.osl", "surface glass() { Ci = diffuse(N); }");
     at.oslcl(&["compile", "-o", "x.oslpak", "glass", "other.osl"])
@@ -295,6 +333,26 @@ fn open_parameters_are_the_scenes() {
     at.refuses(&with("Kd = [1, 2]"), &[], &["scene.toml:14:17", "does not fit parameter `Kd`", "float"]);
     at.refuses(&with("n = 3"), &[], &["parameter `n`", "value 2", "--interactive n"]);
     at.refuses(&with("Kd = 1"), &["--without", "interactive"], &["`--without interactive`", "Kd, Cs"]);
+    // Strings have the same ids everywhere.
+    at.write(
+        "says.osl",
+        "surface says(string mode = \"a\") { if (mode == \"other\") printf(\"in mode %s\\n\", mode); Ci = 0; }",
+    );
+    at.pack("says.oslpak", &["says.osl", "--interactive", "mode"]);
+    let says = |params: &str| at.render(&ball(&format!("shader = \"says.oslpak\"\nparams = {{ {params} }}")), &[]).1;
+    assert!(says("mode = \"other\"").contains("material `m`: in mode other ("));
+    assert!(!says("mode = \"a\"").contains("in mode"));
+    // Around the scene, too.
+    at.pack("sky.oslpak", &["flat_sky", "--interactive", "radiance"]);
+    let sky = |radiance: f64| {
+        let scene = ball("shader = \"matte\"").replace(
+            "shader = \"flat_sky\"",
+            &format!("shader = \"sky.oslpak\"\nparams = {{ radiance = {radiance} }}"),
+        );
+        at.render(&scene, &[]);
+        oslcl_runtime::film::read_exr(&at.0.join("out.exr")).expect("a picture").pixels[0]
+    };
+    assert_eq!((sky(0.25), sky(2.0)), ([0.25; 3], [2.0; 3]));
     // `*`: all that are no strings.
     at.pack("all.oslpak", &["gain.osl", "--interactive", "*"]);
     let info = at.oslcl(&["info", "all.oslpak"]).succeeds().out;
@@ -409,6 +467,55 @@ fn a_package_has_room_for_many() {
 }
 
 #[test]
+fn groups_come_from_packages() {
+    let at = Place::new("groups");
+    let group = "param float scale 6; shader stripes pattern;\nparam float Kd 0.8; shader painted base;\n\
+                 connect pattern.Cout base.Cs;\n";
+    at.write("net.oslgroup", group);
+    at.write(
+        "stripes.osl",
+        "shader stripes(float scale = 5, output color Cout = 0) { Cout = color(mod(floor(scale * v), 2), 0.5, 0.2); }",
+    );
+    at.write(
+        "painted.osl",
+        "surface painted(color Cs = 1, float Kd = 0.5, float gain = 1) { Ci = Kd * gain * Cs * diffuse(N); }",
+    );
+    at.pack("baked.oslpak", &["net.oslgroup", "-p", "net:gain=0.75"]);
+    at.pack("open.oslpak", &["net.oslgroup", "--interactive", "pattern.scale", "--interactive", "net:gain"]);
+    let by_text = |params: &str| ball(&format!("group = \"\"\"\n{group}\"\"\"\nparams = {{ {params} }}"));
+    let by = |package: &str, params: &str| ball(&format!("shader = \"{package}:net\"\nparams = {{ {params} }}"));
+    let (plain, _) = at.render(&by_text("gain = 0.75"), &[]);
+    let (packed, _) = at.render(&by("baked.oslpak", "gain = 0.75, 'base.Kd' = 0.8, 'pattern.scale' = 6"), &[]);
+    assert!(plain == packed, "the pictures differ");
+    let pixels = |scene: &str| {
+        at.render(scene, &[]);
+        oslcl_runtime::film::read_exr(&at.0.join("out.exr")).expect("a picture").pixels
+    };
+    let values = "gain = 0.5, 'pattern.scale' = 3";
+    for (a, b) in pixels(&by("open.oslpak", values)).iter().zip(&pixels(&by_text(values))) {
+        assert!((0..3).all(|c| (a[c] - b[c]).abs() <= 1e-5 * b[c].abs()), "{a:?}, compiled {b:?}");
+    }
+    at.refuses(
+        &by("baked.oslpak", "Kd = 0.5"),
+        &[],
+        &["parameter `Kd` of shader `net`", "value 0.8", "--interactive Kd"],
+    );
+    at.refuses(&by("baked.oslpak", "'pattern.scale' = 5"), &[], &["parameter `pattern.scale`", "value 6"]);
+    at.refuses(&by("baked.oslpak", "'pattern.sale' = 5"), &[], &["no parameter `pattern.sale`", "`pattern.scale`?"]);
+    let info = at.oslcl(&["info", "open.oslpak"]).succeeds().out;
+    assert!(
+        info.contains("layers     pattern, base") && info.contains("float pattern.scale, float base.gain"),
+        "{info}"
+    );
+    let wrong = at.oslcl(&["compile", "-o", "x.oslpak", "net.oslgroup", "--interactive", "base.Cs"]);
+    wrong.fails(2, &["`base.Cs` of shader `net` can't be interactive: a connection gives its value"]);
+    at.write("net.oslgroup", "shader nowhere layer;");
+    at.oslcl(&["compile", "-o", "x.oslpak", "net.oslgroup"]).fails(1, &["shader `nowhere`"]);
+    at.write("net.oslgroup", "shader stripes a; connect a b;");
+    at.oslcl(&["compile", "-o", "x.oslpak", "net.oslgroup"]).fails(1, &["net.oslgroup:1:", "shader group"]);
+}
+
+#[test]
 fn displacement_comes_from_packages() {
     let at = Place::new("displacement");
     at.write("bumps.osl", "displacement bumps(float height = 0.2) { P += height * sin(20 * P[2]) * N; }");
@@ -486,11 +593,7 @@ fn attributes_and_data_of_vertices_are_the_scenes() {
     let (plain, _) = at.render(&around("", "around.osl"), &[]);
     let (packed, _) = at.render(&around("", "around.oslpak"), &[]);
     assert!(plain.len() > 100 && packed.len() > 100);
-    at.refuses(
-        &around("attributes = { x = 2 }", "around.oslpak"),
-        &[],
-        &["asks for the attribute `x`", "around.osl"][..1].as_ref(),
-    );
+    at.refuses(&around("attributes = { x = 2 }", "around.oslpak"), &[], &["`around` asks for the attribute `x`"]);
 }
 
 #[test]

@@ -46,6 +46,36 @@ fn indices_out_of_range_are_reported_and_clamped() {
     assert_eq!((out.as_str(), err.as_str()), ("3 6\n3 6\n8\n\n", ""));
 }
 
+const OPEN: &str = "float last(float f[]) { return f[arraylength(f) - 1 + int(u)]; }\n\
+shader open(float a[] = { 1 }, output float Cout = 0)\n{\n    printf(\"%g %g\\n\", last(a), a[2]);\n}\n";
+
+#[test]
+fn indices_of_unsized_parameters_are_held_against_what_is_bound() {
+    let at = folder("open", &[("open", OPEN)]);
+    let (out, err) = testshade(&at, &["-param:type=float[3]", "a", "5,6,7", "open"]);
+    assert_eq!((out.as_str(), err.as_str()), ("7 7\n\n", ""));
+    let (out, err) = testshade(&at, &["open"]);
+    assert_eq!(out, "1 1\n\n");
+    assert_eq!(
+        err,
+        "ERROR: Index [2] out of range a[0..0]: open.osl:4 (group unnamed_group_1, layer 0 open_0, shader open)\n"
+    );
+}
+
+const RAYS: &str = "shader rays(output float Cout = 0)\n{\n    int glossy = raytype(\"glossy\");\n\
+    printf(\"%d %d %d\\n\", glossy, raytype(\"camera\"), isconstant(glossy));\n}\n";
+
+#[test]
+fn ray_types_can_be_known_before_a_shader_is_compiled() {
+    let at = folder("rays", &[("rays", RAYS)]);
+    assert_eq!(testshade(&at, &["--raytype", "glossy", "rays"]).0, "1 0 0\n\n");
+    assert_eq!(testshade(&at, &["--raytype", "glossy", "--raytype_opt", "rays"]).0, "1 0 1\n\n");
+    // The host runs the same, and what takes how long is told on demand only.
+    assert_eq!(testshade(&at, &["--raytype", "glossy", "--host", "rays"]).0, "1 0 0\n\n");
+    let (out, _) = testshade(&at, &["--raytype", "glossy", "--host", "--runstats", "rays"]);
+    assert!(out.starts_with("1 0 0\n\nRun on the host"), "{out}");
+}
+
 const DATA: &str = "shader data(output float Cout = 0)\n{\n    float f = -1; color c = -1; int i = -1; string s = \"none\";\n\
     int found = getattribute(\"f\", f) + 2 * getattribute(\"c\", c) + 4 * getattribute(\"i\", i);\n\
     found += 8 * getattribute(\"s\", s) + 16 * getattribute(\"f\", i);\n\

@@ -8,7 +8,8 @@ run.py is executed by the suite's own, unmodified runtest.py (see drive.py), wit
 - text, line by line, after the directory's own filter. Lines that differ only in numbers, and by no more than 1e-5 relative
   or absolute or by one unit of the last digit that the reference prints, count as equal; the report says so ("numbers").
 - pictures, by `oslcl compare` with the directory's own thresholds.
-- directories about diagnostics: whether each file has errors and warnings on the lines of the reference's; wording is ours.
+- directories about diagnostics: whether each file has errors and warnings on the lines of the reference's; wording is ours. In
+  the text of other directories, such findings are compared in the same way, and all other lines as they are.
 
 Examples:
   OSL_SUITE_DIR=../OpenShadingLanguage tests/osl-suite/run.py                    the whole suite
@@ -151,7 +152,7 @@ def judge(name, suite, work, build):
     if details and class_of(name) == "render" and "of the means" in details[0]:
         return "fail", render_cause(details[0]), "\n".join(details)
     if details:
-        return "fail", first_error(out) if "ERROR" in out or "error" in out else details[0].split("\n")[0], "\n".join(details)
+        return "fail", new_error(out, refs) or details[0].split("\n")[0], "\n".join(details)
     return "pass", ", ".join(sorted(set(notes))), ""
 
 
@@ -227,6 +228,10 @@ def compare_texts(path, reference, pattern):
         return True, "", ""
     if len(ours) == len(theirs) and all(same_but_numbers(a, b) for a, b in zip(ours, theirs)):
         return True, "numbers", ""
+    (ours_rest, ours_found), (theirs_rest, theirs_found) = without_findings(ours), without_findings(theirs)
+    if theirs_found and ours_found == theirs_found and len(ours_rest) == len(theirs_rest):
+        if all(same_but_numbers(a, b) for a, b in zip(ours_rest, theirs_rest)):
+            return True, "wording of findings", ""
     difference = list(difflib.unified_diff(theirs, ours, "reference", "ours", n=0, lineterm=""))[2:]
     changed = [d for d in difference if not d.startswith("@@")]
     head = changed[0] if changed else "differs"
@@ -271,6 +276,20 @@ FINDING = re.compile(r"^(?P<file>[^\s:]+):(?P<line>\d+): (?P<kind>error|warning)
 
 # Words that stand for a failure; a warning may say "probably an error".
 FAILURE = re.compile(r"\berror[:\[]|\bERROR\b|FAILED")
+
+
+def without_findings(text_lines):
+    """Lines that belong to no finding, and the places of the findings. What tells more of a finding is indented below it."""
+    rest, places, inside = [], [], False
+    for line in text_lines:
+        found = FINDING.match(line)
+        if found:
+            places.append((found["file"], int(found["line"]), found["kind"]))
+            inside = True
+        elif not (inside and line[:1].isspace()):
+            rest.append(line)
+            inside = False
+    return rest, sorted(places)
 
 
 def findings(text):
@@ -327,6 +346,12 @@ def render_cause(detail):
     else:
         kind = "the means agree: noise of other ways to sample"
     return f"{kind}; {detail.removeprefix('out.exr: ')}".split(" error:")[0]
+
+
+def new_error(out, refs):
+    """The first error that the reference does not report as well."""
+    known = "".join(read(r) for r in glob.glob(os.path.join(refs, "out*.txt")))
+    return next((l.strip()[:200] for l in out.splitlines() if FAILURE.search(l) and l.strip() not in known), None)
 
 
 def first_error(out):

@@ -6,7 +6,8 @@ use oslcl_runtime::film::Picture;
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::render::{self, Options, Summary};
 use oslcl_runtime::scene::{
-    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Scene,
+    Camera, Conventions, Film, Filter, Instance, Integrator, Material, MaterialId, Mesh, MeshId, ParamValue, Places,
+    Scene,
 };
 
 /// A scene without anything but a camera at (0, -5, 0) that looks along y, and 16 x 16 pixels.
@@ -31,6 +32,7 @@ pub fn empty() -> Scene {
         textures: Vec::new(),
         shaders: Vec::new(),
         attributes: Vec::new(),
+        places: Places::default(),
     }
 }
 

@@ -100,6 +100,18 @@ const WALLS: &[Wall] = &[
         except: &[],
     },
     Wall {
+        place: "runtime/src/package",
+        forbidden: &["crate::device", "crate::plan", "crate::wavefront", "crate::programs"],
+        why: "packages are compiled shaders, for any device",
+        except: &[],
+    },
+    Wall {
+        place: "runtime/src/package/take.rs",
+        forbidden: &["Master", "Group", "compile(", "instance("],
+        why: "no compiler runs for a shader of a package",
+        except: &[],
+    },
+    Wall {
         place: "runtime/src/plan",
         forbidden: &["crate::device"],
         why: "the plan is testable with no device",

@@ -129,6 +129,32 @@ fn objects_differ_in_their_attributes() {
     }
 }
 
+const LABELLED: &str = "surface s() { string kind = \"none\"; int n = 0;
+    getattribute(\"kind\", kind); getattribute(\"n\", n);
+    string label = format(\"%s-%d\", kind, n);
+    Ci = color(strlen(label), label == \"leaf-12\", endswith(label, \"k-3\")) * emission(); }";
+
+#[test]
+fn texts_are_made_of_what_objects_differ_in() {
+    let mut scene = wall_of(LABELLED);
+    near(uniform(&scene), [6.0, 0.0, 0.0]);
+    let m = scene.instances[0].material;
+    let other = scene.instances[0].mesh;
+    scene.instances[0].transform = DAffine3::from_translation(DVec3::new(-1.0, 0.0, 0.0));
+    place(&mut scene, other, m, DAffine3::from_translation(DVec3::new(1.0, 0.0, 0.0)));
+    let label = |kind: &str, n| named(&[("kind", ParamValue::Str(kind.into())), ("n", ParamValue::Int(n))]);
+    scene.instances[0].attributes = label("leaf", 12);
+    scene.instances[1].attributes = label("trunk", 3);
+    let (picture, _) = rendered(&scene);
+    near(picture.pixels[16 * 8 + 2], [7.0, 1.0, 0.0]);
+    near(picture.pixels[16 * 8 + 13], [7.0, 0.0, 1.0]);
+    // What one of them lacks is what the shader said before.
+    scene.instances[1].attributes = named(&[("n", ParamValue::Int(3))]);
+    let (picture, _) = rendered(&scene);
+    near(picture.pixels[16 * 8 + 2], [7.0, 1.0, 0.0]);
+    near(picture.pixels[16 * 8 + 13], [6.0, 0.0, 0.0]);
+}
+
 const PAINTED: &str =
     "surface s(color Cd = color(0, 0, 5) [[ int lockgeom = 0 ]], float st[2] = {7, 7} [[ int lockgeom = 0 ]],
     float s = 3 [[ int lockgeom = 0 ]], color locked = color(1, 2, 3))

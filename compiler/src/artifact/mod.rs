@@ -6,10 +6,12 @@
 mod effects;
 mod inputs;
 mod stored;
+pub(crate) mod uses;
 
 pub use effects::{Radiance, State};
 pub use inputs::{Inputs, Slot};
 pub use stored::{Inconsistent, Stored};
+pub use uses::{Control, Use};
 
 use crate::backend::Output;
 use crate::backend::opencl_c::Code;
@@ -79,6 +81,9 @@ pub struct Artifact {
     pub sites: Vec<Site>,
     /// The texts of the strings in the code, sorted.
     pub strings: Vec<String>,
+    /// Where the shader uses what a renderer has to provide.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub uses: Vec<Use>,
     /// Parameters, defaults and metadata as written; of a group those of its last layer.
     pub info: ShaderInfo,
 }
@@ -112,6 +117,7 @@ impl Artifact {
             inputs: inputs::of(shader),
             sites: code.sites,
             strings: inputs::strings(shader, code.strings),
+            uses: Vec::new(),
             info,
         }
     }

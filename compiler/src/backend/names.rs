@@ -94,6 +94,7 @@ mod tests {
             body: Block::default(),
             slots: Vec::new(),
             inputs: Vec::new(),
+            derivative_uses: Vec::new(),
         };
         assert_eq!(of_locals(&shader), ["l_kernel", "l_kernel_2", "l_kernel_2_2", "l_a_x", "p_Kd"]);
     }

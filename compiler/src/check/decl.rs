@@ -104,6 +104,9 @@ impl Checker {
         let (varying, traits) = reflect::hints(&metadata, open);
         let kind = VarKind::ShaderParam(index);
         let var = self.declare(&p.name, ty, kind, p.output);
+        if open {
+            self.open.insert(var);
+        }
         let fields = match ty.base {
             Base::Struct(id) => self.flat_fields(id, ""),
             _ => Vec::new(),

@@ -131,7 +131,9 @@ impl Checker {
         let (base, index) = (base_expr?, index_expr?);
         let index = self.convert(index, Type::INT, "an index")?;
         if let ExprKind::Int(i) = index.kind {
+            let open = matches!(base.kind, ExprKind::Var(id) if self.open.contains(&id));
             let len = match (base.ty.extent, base.ty.base) {
+                (Extent::Fixed(_), _) if open => None,
                 (Extent::Fixed(n), _) => Some(n as i64),
                 (Extent::Scalar, b) if b.is_triple() => Some(3),
                 (Extent::Scalar, Base::Matrix) => Some(4),

@@ -126,6 +126,8 @@ pub(crate) struct Checker {
     retries: u32,
     /// Where the file defines functions, for calls that come too early.
     later: std::collections::HashMap<String, Span>,
+    /// Parameters whose length the group tells; until then they have their default's.
+    open: std::collections::HashSet<typed::VarId>,
 }
 
 impl Checker {

@@ -96,6 +96,7 @@ impl Group {
             textures: options.textures.clone(),
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
+            ray_types: options.ray_types,
             before_geometry: options.before_geometry,
         };
         for layer in &self.layers {
@@ -143,12 +144,13 @@ pub(super) struct Parts<'a> {
     textures: Option<TextureAccess>,
     attributes: Attributes,
     documents: Option<Documents>,
+    ray_types: Option<u32>,
     before_geometry: bool,
 }
 
 /// The files of all layers, and what of their warnings is silenced.
-struct Files {
-    sources: Arc<SourceMap>,
+pub(super) struct Files {
+    pub(super) sources: Arc<SourceMap>,
     nowarn: Silenced,
     /// For each layer where its files begin.
     first: Vec<u32>,
@@ -167,6 +169,7 @@ impl<'a> Parts<'a> {
             textures,
             documents: options.documents.clone(),
             attributes: options.attributes.clone(),
+            ray_types: options.ray_types,
             before_geometry: options.before_geometry,
         }
     }
@@ -194,7 +197,7 @@ impl<'a> Parts<'a> {
         files
     }
 
-    fn settings<'b>(&'b self, target: Target, files: &'b Files, grid: bool) -> passes::Settings<'b> {
+    pub(super) fn settings<'b>(&'b self, target: Target, files: &'b Files, grid: bool) -> passes::Settings<'b> {
         passes::Settings {
             target,
             textures: self.textures.as_ref(),
@@ -202,6 +205,7 @@ impl<'a> Parts<'a> {
             documents: self.documents.as_ref(),
             sources: Some(&files.sources),
             grid,
+            ray_types: self.ray_types,
             rays: match grid {
                 _ if self.before_geometry => Rays::Nothing,
                 true => Rays::Pretended,
@@ -211,7 +215,7 @@ impl<'a> Parts<'a> {
     }
 
     /// Joins the layers; the names that the outputs have in the joined shader come with it.
-    fn link(
+    pub(super) fn link(
         &self,
         files: &Files,
         options: &Options,
@@ -293,7 +297,8 @@ impl<'a> Parts<'a> {
             }
             let info = self.layers.last().map(|l| l.master.info.clone());
             let info = info.ok_or_else(|| vec![Diagnostic::global("E4015", "the group has no layers")])?;
-            Ok((Artifact { spirv, ..Artifact::new(&shader, code, info) }, warnings))
+            let uses = self.uses(&shader, &files, options, asked);
+            Ok((Artifact { spirv, uses, ..Artifact::new(&shader, code, info) }, warnings))
         };
         let sources = files.sources.clone();
         match on_large_stack(work) {

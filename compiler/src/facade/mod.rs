@@ -8,6 +8,7 @@ mod group;
 mod host;
 mod oso_text;
 mod text;
+mod uses;
 
 use crate::artifact::Artifact;
 use crate::attributes::Attributes;
@@ -126,6 +127,8 @@ pub struct Options {
     pub lazy: Lazy,
     /// Write `#line` directives that lead from the code back to the OSL source.
     pub line_directives: bool,
+    /// Say which parameters decide about what the shader uses ([`crate::artifact::Use::controls`]). It costs some optimisations more for each.
+    pub explain: bool,
     /// Write SPIR-V beside OpenCL C ([`Artifact::spirv`]).
     pub spirv: bool,
     /// Who answers `gettextureinfo`, and looks textures up for [`Master::evaluate`].
@@ -134,6 +137,9 @@ pub struct Options {
     pub attributes: Attributes,
     /// Who reads the files of dictionaries.
     pub documents: Option<Documents>,
+    /// The types (bits of [`crate::attributes::RAY_TYPES`]) that every ray which meets the shader has, and no others: `raytype`
+    /// is a constant then. `None`: only the ray tells.
+    pub ray_types: Option<u32>,
 }
 
 impl Default for Options {
@@ -156,10 +162,12 @@ impl Default for Options {
             userdata_is_connected: false,
             lazy: Lazy::default(),
             line_directives: false,
+            explain: false,
             spirv: false,
             textures: None,
             attributes: Attributes::default(),
             documents: None,
+            ray_types: None,
         }
     }
 }

@@ -333,6 +333,8 @@ pub struct Shader {
     pub slots: Vec<LobeSlot>,
     /// Filled by `passes::link`; empty before it.
     pub inputs: Vec<Input>,
+    /// The calls whose derivatives `passes::derivatives` has written out; empty before it. Printed IR does not have them.
+    pub derivative_uses: Vec<Span>,
 }
 
 /// A computed value.

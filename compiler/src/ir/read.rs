@@ -31,6 +31,7 @@ pub fn read(text: &str) -> Result<Shader, ReadError> {
         body: Block::default(),
         slots: Vec::new(),
         inputs: Vec::new(),
+        derivative_uses: Vec::new(),
     };
     loop {
         match r.word()?.as_str() {

@@ -69,6 +69,7 @@ pub fn lower_for(checked: &Checked, settings: &Settings) -> Result<ir::Shader, V
             body: Block::default(),
             slots: Vec::new(),
             inputs: Vec::new(),
+            derivative_uses: Vec::new(),
         },
         env: HashMap::new(),
         blocks: Vec::new(),

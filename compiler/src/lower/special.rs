@@ -6,6 +6,7 @@
 use super::place::{Place, Storage, is_single};
 use super::spaces::Name;
 use super::{Lower, ir_type};
+use crate::attributes::RAY_TYPES;
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, Global, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
@@ -20,10 +21,6 @@ const SPLINES: [(&str, &str); 6] = [
     ("linear", "linear"),
     ("constant", "constant"),
 ];
-
-/// Ray types by name, with their bit in `ShaderGlobals.raytype` (kernels/globals.h).
-const RAY_TYPES: [(&str, i32); 6] =
-    [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
 
 /// What becomes of a name that is none of those known.
 #[derive(Clone, Copy, PartialEq)]
@@ -155,7 +152,7 @@ impl Lower<'_> {
     }
 
     /// Whether a local is an unsized parameter, whose length is known when the group is.
-    fn is_open(&self, local: LocalId) -> bool {
+    pub(super) fn is_open(&self, local: LocalId) -> bool {
         let LocalKind::Param(index) = self.out.locals[local.0 as usize].kind else { return false };
         self.out.params.get(index as usize).is_some_and(|p| p.traits.open)
     }
@@ -176,7 +173,7 @@ impl Lower<'_> {
     }
 
     fn ray_bit(&mut self, which: usize, span: Span) -> ValueId {
-        let bit = self.int(RAY_TYPES[which].1, span);
+        let bit = self.int(RAY_TYPES[which].1 as i32, span);
         self.internal("raytype_bit", vec![Arg::Value(bit)], Ty::Int, span)
     }
 

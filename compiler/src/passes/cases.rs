@@ -1,9 +1,10 @@
 //! Functions of strings that are a choice among constants: one result per case.
 //!
-//! In: folded IR. Out: calls that only the host can carry out, on strings that can be so and so many constants, have become
-//! choices among the results of the cases. Other arguments must be constants. What has too many cases stays as it is.
+//! In: folded IR. Out: calls that only the host can carry out, on strings, ints and other values that can be so and so many
+//! constants, have become choices among the results of the cases. What has too many cases stays as it is.
 
 use super::Settings;
+use super::numbers::Numbers;
 use super::strings::Strings;
 use crate::attributes::{Attributes, Question};
 use crate::builtins::{self, FuncId, Lowering};
@@ -17,7 +18,7 @@ use crate::source::Span;
 use crate::types::{Base, Extent, Type};
 
 /// Most cases of a call.
-const MAX_CASES: usize = 64;
+const MAX_CASES: usize = 256;
 
 /// Most elements written by all cases of a call together.
 const MAX_ELEMENTS: usize = 1024;
@@ -27,8 +28,9 @@ pub(super) fn cases(shader: &mut Shader, settings: &Settings<'_>) -> Result<bool
     if !shader.values.iter().any(|v| matches!(&v.inst, Inst::Call(f, _) if is_host(*f))) && !has_statements(shader) {
         return Ok(false);
     }
-    let strings = Strings::of(shader);
-    let mut cases = Cases { strings, shader, settings, changed: false, errors: Vec::new() };
+    let strings = Strings::of_types(shader, &|ty| !matches!(ty, Ty::Int | Ty::Closure));
+    let mut cases =
+        Cases { strings, numbers: Numbers::of(shader), shader, settings, changed: false, errors: Vec::new() };
     cases.rewrite();
     if cases.errors.is_empty() { Ok(cases.changed) } else { Err(cases.errors) }
 }
@@ -48,6 +50,7 @@ fn has_statements(shader: &Shader) -> bool {
 
 struct Cases<'a> {
     strings: Strings,
+    numbers: Numbers,
     shader: &'a mut Shader,
     settings: &'a Settings<'a>,
     changed: bool,
@@ -89,11 +92,7 @@ impl Cases<'_> {
             let value = &self.shader.values[v.0 as usize];
             let choice = match &value.inst {
                 Inst::Const(c) => (None, vec![c.clone()]),
-                _ if value.ty == Ty::Str => {
-                    let texts = self.strings.trace(self.shader, vec![*v], Vec::new())?;
-                    (Some(*v), texts.into_iter().map(Const::Str).collect())
-                }
-                _ => return None,
+                _ => (Some(*v), self.can_be(*v, value.ty)?),
             };
             total *= choice.1.len();
             if total == 0 || total > MAX_CASES {
@@ -102,6 +101,16 @@ impl Cases<'_> {
             out.push(choice);
         }
         Some(out)
+    }
+
+    /// All that a value can be. Floats that are computed are not told apart: the device rounds elsewhere.
+    fn can_be(&self, v: ValueId, ty: Ty) -> Option<Vec<Const>> {
+        Some(match ty {
+            Ty::Str => self.strings.trace(self.shader, vec![v], Vec::new())?.into_iter().map(Const::Str).collect(),
+            Ty::Int => self.numbers.few(self.shader, v)?.into_iter().map(Const::Int).collect(),
+            Ty::Float | Ty::Triple => self.strings.constants(self.shader, vec![v], Vec::new())?,
+            Ty::Matrix | Ty::Closure => return None,
+        })
     }
 
     fn value(&mut self, id: ValueId, out: &mut Block) {
@@ -205,6 +214,10 @@ impl Cases<'_> {
         }
         let (ty, len) = (self.shader.locals[output.0 as usize].ty, self.shader.locals[output.0 as usize].len);
         let declared = Type { base, extent: len.map_or(Extent::Scalar, Extent::Fixed) };
+        let values = match known.values_of(name, ty) {
+            Some(values) if *index < 0 && len.is_none() && values.len() <= MAX_CASES => values.to_vec(),
+            _ => Vec::new(),
+        };
         let name = crate::attributes::userdata_name(name, *index, asked);
         let value = self.input(&name, Source::Userdata, declared, ty, len);
         let flag = self.input(&name, Source::HasUserdata, Type::scalar(Base::Int), Ty::Int, None);
@@ -214,11 +227,25 @@ impl Cases<'_> {
             then.stmts.push(Stmt::CopyArray(output, value));
         } else {
             let value = self.shader.emit(Inst::Load(value), ty, span, &mut then);
+            let value = self.one_of(value, values, span, &mut then);
             then.stmts.push(Stmt::Store(output, value));
         }
         out.stmts.push(Stmt::If(has, then, Block::default()));
         out.stmts.push(Stmt::Store(result, has));
         true
+    }
+
+    /// A value that is one of these, as a choice among them: what is a choice among constants, texts can be made of.
+    fn one_of(&mut self, value: ValueId, mut values: Vec<Const>, span: Span, out: &mut Block) -> ValueId {
+        let Some(last) = values.pop() else { return value };
+        let ty = self.shader.values[value.0 as usize].ty;
+        let mut chosen = self.shader.emit_constant(last, span, out);
+        for constant in values.into_iter().rev() {
+            let same = self.is(value, &constant, span, out);
+            let constant = self.shader.emit_constant(constant, span, out);
+            chosen = self.shader.emit(Inst::Select(same, constant, chosen), ty, span, out);
+        }
+        chosen
     }
 
     /// Refuses a question that only the scene could answer where it is not known yet.

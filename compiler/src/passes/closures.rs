@@ -7,6 +7,8 @@
 
 mod print;
 
+pub(super) use print::parts;
+
 use crate::builtins::{self, ClosureRole, sig};
 use crate::diag::Diagnostic;
 use crate::ir::{

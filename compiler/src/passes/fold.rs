@@ -2,7 +2,9 @@
 //!
 //! One walk in order of execution carries what is known of each local: a constant, the value last stored, or the
 //! constant elements of an array. Where branches meet, what both agree on stays; what a loop writes is forgotten before it.
-//! Identities are applied where they are exact; a closure scaled by the constant 0 is the null closure.
+//! Identities stand in [`identity`]; a closure scaled by the constant 0 is the null closure.
+
+mod identity;
 
 use super::unroll;
 use crate::builtins;
@@ -16,8 +18,13 @@ use std::collections::HashMap;
 
 /// Folds the whole shader.
 pub fn fold(shader: &mut Shader) -> Result<(), Vec<Diagnostic>> {
+    fold_with(shader, false)
+}
+
+/// As [`fold`]; with `texts` short loops that make texts are unrolled.
+pub(super) fn fold_with(shader: &mut Shader, texts: bool) -> Result<(), Vec<Diagnostic>> {
     let same: Vec<ValueId> = (0..shader.values.len() as u32).map(ValueId).collect();
-    let mut folder = Folder { shader, same, state: State::default(), errors: Vec::new() };
+    let mut folder = Folder { shader, same, state: State::default(), errors: Vec::new(), texts };
     folder.run();
     if folder.errors.is_empty() { Ok(()) } else { Err(folder.errors) }
 }
@@ -34,7 +41,7 @@ pub(super) enum Known {
 type Facts = (Option<Known>, Option<Vec<Option<Const>>>);
 
 /// What is known at a point. Branches are undone by what they changed, so that one costs what it does, not what is known.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct State {
     singles: HashMap<LocalId, Known>,
     arrays: HashMap<LocalId, Vec<Option<Const>>>,
@@ -132,6 +139,8 @@ pub(super) struct Folder<'a> {
     pub same: Vec<ValueId>,
     pub state: State,
     pub errors: Vec<Diagnostic>,
+    /// Whether loops are unrolled for the texts that they make.
+    texts: bool,
 }
 
 impl Folder<'_> {
@@ -341,7 +350,10 @@ impl Folder<'_> {
 
     fn loop_(&mut self, mut l: Loop, out: &mut Block) {
         if unroll::holds_closures(self.shader, &l) {
-            return self.unroll(l, out);
+            return self.unroll(&l, out);
+        }
+        if self.texts && unroll::makes_texts(self.shader, &l) && self.unroll_if_short(&l, out) {
+            return;
         }
         let mut written = Vec::new();
         for block in [&l.head, &l.body, &l.step] {
@@ -383,7 +395,7 @@ impl Folder<'_> {
             inst => {
                 let mut args = Vec::new();
                 inst.operands(&mut |o| args.push(self.peek(o, depth - 1)));
-                ops::evaluate(inst, value.ty, &args.into_iter().collect::<Option<Vec<_>>>()?)
+                evaluate(inst, value.ty, &args.into_iter().collect::<Option<Vec<_>>>()?)
             }
         }
     }
@@ -428,11 +440,14 @@ impl Folder<'_> {
         inst.operands(&mut |v| args.push(self.const_of(v).cloned()));
         let all = args.iter().cloned().collect::<Option<Vec<Const>>>();
         if let Some(all) = all.filter(|_| !matches!(inst, Inst::Call(..)))
-            && let Some(c) = ops::evaluate(inst, ty, &all)
+            && let Some(c) = evaluate(inst, ty, &all)
         {
             return Some(Simpler::Const(c));
         }
         if let Inst::Call(func, list) = inst {
+            if let Some(simpler) = self.mix(*func, list) {
+                return Some(simpler);
+            }
             let values = list.iter().map(|a| match a {
                 Arg::Value(v) => self.const_of(*v).cloned(),
                 Arg::Array(l) => {
@@ -442,59 +457,32 @@ impl Folder<'_> {
             let values = values.collect::<Option<Vec<_>>>()?;
             return interp::fold_call(*func, ty, &values).map(Simpler::Const);
         }
-        self.identity(inst, &args)
-    }
-
-    /// Exact identities with one constant operand.
-    fn identity(&self, inst: &Inst, args: &[Option<Const>]) -> Option<Simpler> {
-        let is = |i: usize, x: f64| match args.get(i) {
-            Some(Some(Const::Float(v))) => *v == x,
-            Some(Some(Const::Triple(v))) => v.iter().all(|c| *c == x),
-            Some(Some(Const::Int(v))) => *v as f64 == x,
-            Some(Some(Const::Matrix(m))) if x == 1.0 => *m == ops::IDENTITY,
-            _ => false,
-        };
-        let is_int = matches!(args.iter().flatten().next(), Some(Const::Int(_)));
-        let null = |v: ValueId| matches!(self.shader.values[self.resolve(v).0 as usize].inst, Inst::NullClosure);
-        let inst_of = |v: ValueId| &self.shader.values[self.resolve(v).0 as usize].inst;
-        Some(match inst {
-            Inst::Binary(BinaryOp::Mul, a, _) if is(1, 1.0) => Simpler::Value(*a),
-            Inst::Binary(BinaryOp::Mul, _, b) if is(0, 1.0) => Simpler::Value(*b),
-            Inst::Binary(BinaryOp::Div, a, _) if is(1, 1.0) => Simpler::Value(*a),
-            Inst::Binary(BinaryOp::Sub, a, _) if is(1, 0.0) => Simpler::Value(*a),
-            Inst::Binary(BinaryOp::Add, a, _) if is_int && is(1, 0.0) => Simpler::Value(*a),
-            Inst::Binary(BinaryOp::Add, _, b) if is_int && is(0, 0.0) => Simpler::Value(*b),
-            Inst::Binary(BinaryOp::Mul | BinaryOp::BitAnd, ..) if is_int && (is(0, 0.0) || is(1, 0.0)) => {
-                Simpler::Const(Const::Int(0))
-            }
-            Inst::Unary(UnaryOp::Neg, a) => match inst_of(*a) {
-                Inst::Unary(UnaryOp::Neg, inner) => Simpler::Value(self.resolve(*inner)),
-                _ => return None,
-            },
-            Inst::Select(_, a, b) => match &args[0] {
-                Some(c) => Simpler::Value(if ops::is_true(c) { *a } else { *b }),
-                None if a == b => Simpler::Value(*a),
-                None => return None,
-            },
-            Inst::Component(t, _) => match (inst_of(*t), &args[1]) {
-                (Inst::Triple(parts), Some(Const::Int(i))) => Simpler::Value(self.resolve(parts[ops::clamp(*i, 3)])),
-                (Inst::Convert(x), _) => Simpler::Value(self.resolve(*x)),
-                _ => return None,
-            },
-            Inst::ScaleClosure(a, _) if null(*a) || is(1, 0.0) => Simpler::Inst(Inst::NullClosure),
-            Inst::ScaleClosure(a, _) if is(1, 1.0) => Simpler::Value(*a),
-            Inst::AddClosure(a, b) if null(*a) => Simpler::Value(*b),
-            Inst::AddClosure(a, b) if null(*b) => Simpler::Value(*a),
-            Inst::Layer(a, b) if null(*a) => Simpler::Value(*b),
-            Inst::Layer(a, b) if null(*b) => Simpler::Value(*a),
-            Inst::ClosureIsSet(a) if null(*a) => Simpler::Const(Const::Int(0)),
-            _ => return None,
-        })
+        self.identity(inst, ty, &args)
     }
 }
 
+/// As [`ops::evaluate`]; but floats are compared as the device and the reference compare them, in 32 bits. What was computed
+/// in two ways from constants is otherwise hardly ever equal.
+fn evaluate(inst: &Inst, ty: Ty, args: &[Const]) -> Option<Const> {
+    use BinaryOp::{Eq, Ge, Gt, Le, Lt, Ne};
+    if !matches!(inst, Inst::Binary(Eq | Ne | Lt | Le | Gt | Ge, ..)) {
+        return ops::evaluate(inst, ty, args);
+    }
+    let single = |x: f64| f64::from(x as f32);
+    let args: Vec<Const> = args
+        .iter()
+        .map(|a| match a {
+            Const::Float(x) => Const::Float(single(*x)),
+            Const::Triple(v) => Const::Triple(v.map(single)),
+            Const::Matrix(m) => Const::Matrix(m.map(single)),
+            other => other.clone(),
+        })
+        .collect();
+    ops::evaluate(inst, ty, &args)
+}
+
 /// What an instruction may be replaced by.
-enum Simpler {
+pub(super) enum Simpler {
     Const(Const),
     Value(ValueId),
     Inst(Inst),

@@ -10,12 +10,16 @@
 mod cases;
 mod closures;
 mod clouds;
+mod controls;
+mod counters;
 mod dead;
 mod derivatives;
 mod dialogue;
 mod dictionary;
 mod fold;
 pub mod link;
+mod numbers;
+mod printed;
 mod prune;
 mod review;
 mod specialise;
@@ -23,14 +27,17 @@ mod strings;
 mod textures;
 mod traces;
 mod unroll;
+mod zeros;
 
 pub use closures::closures;
 pub use clouds::clouds;
+pub(crate) use controls::Controls;
 pub use derivatives::derivatives;
 pub use fold::fold;
 pub use prune::prune;
 pub use specialise::specialise;
 pub(crate) use specialise::{fitted, length_of};
+pub(crate) use textures::is_lookup;
 pub use textures::{TextureUse, textures};
 pub use traces::{Traces, traces};
 
@@ -38,7 +45,7 @@ use crate::attributes::Attributes;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::dictionary::Documents;
-use crate::ir::{Const, Inst, Shader, verify};
+use crate::ir::{Arg, Const, Inst, Shader, verify};
 use crate::source::SourceMap;
 use crate::textures::TextureAccess;
 
@@ -70,6 +77,8 @@ pub struct Settings<'a> {
     pub sources: Option<&'a SourceMap>,
     /// The shader runs over a grid of points, without a scene.
     pub grid: bool,
+    /// The bits of all rays that come, if they are known.
+    pub ray_types: Option<u32>,
     /// What rays of `trace` can meet.
     pub rays: Rays,
 }
@@ -98,8 +107,8 @@ pub fn optimise(
 /// As [`optimise`], with settings.
 ///
 /// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, dictionaries, traced rays and
-/// messages, closures, fold, cases, fold,
-/// prune; the last two again, since dropping a slot or a branch may free more; then a review of what is left, whose warnings
+/// messages, closures, fold, zeros, fold, cases, fold, prune; the last two again, since dropping a slot or a branch may free more;
+/// then a review of what is left, whose warnings
 /// are returned; last the derivatives, of what is still used, and fold and prune again where there are any.
 pub fn optimise_with(
     shader: &mut Shader,
@@ -119,6 +128,9 @@ pub fn optimise_with(
     link::settle_alone(shader);
     specialise(shader, bindings)?;
     check(shader, "specialise");
+    if let Some(bits) = settings.ray_types {
+        known_ray_types(shader, bits);
+    }
     fold(shader)?;
     check(shader, "fold");
     textures::answer(shader, settings.textures)?;
@@ -133,8 +145,18 @@ pub fn optimise_with(
     check(shader, "dialogue");
     closures(shader)?;
     check(shader, "closures");
-    fold(shader)?;
+    // The host makes its texts when it gets there.
+    fold::fold_with(shader, settings.target == Target::Device)?;
     check(shader, "fold");
+    if zeros::zeros(shader) {
+        check(shader, "zeros");
+        fold::fold_with(shader, settings.target == Target::Device)?;
+        check(shader, "fold");
+    }
+    if settings.target == Target::Device {
+        printed::printed(shader);
+        check(shader, "printed");
+    }
     // What a case yields may be a choice again, of which the next call has cases.
     let mut rounds = 0;
     while rounds < MAX_ROUNDS && cases::cases(shader, settings)? {
@@ -174,6 +196,22 @@ pub fn optimise_with(
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     said.extend(warnings);
     Ok(said)
+}
+
+/// Answers `raytype`.
+fn known_ray_types(shader: &mut Shader, bits: u32) {
+    let Some(row) = builtins::find("raytype_bit") else { return };
+    for i in 0..shader.values.len() {
+        let Inst::Call(func, args) = &shader.values[i].inst else { continue };
+        let asked = match args.as_slice() {
+            [Arg::Value(v)] if *func == row => match shader.values[v.0 as usize].inst {
+                Inst::Const(Const::Int(bit)) => bit,
+                _ => continue,
+            },
+            _ => continue,
+        };
+        shader.values[i].inst = Inst::Const(Const::Int((bits & asked as u32 != 0).into()));
+    }
 }
 
 /// Answers `isconstant` with 0 where folding found no constant; whether there was such a call.

@@ -4,11 +4,13 @@
 //! known ones; warnings for names of distributions and numbers of knots that the kernels take as something else. For the host
 //! nothing is refused but what nobody carries out.
 
+use super::numbers::Numbers;
 use super::strings::Strings;
 use super::{Settings, Target};
 use crate::builtins::{self, Lowering};
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Block, Const, Inst, Shader, SlotArg, Stmt, Ty, Value, ValueId};
+use crate::source::Span;
 use crate::suggest;
 use std::collections::BTreeSet;
 
@@ -43,7 +45,11 @@ pub(super) fn refuse_calls(shader: &mut Shader, settings: &Settings<'_>) -> Resu
                 let message = "the attribute's name is not known at compile time: it is taken as missing";
                 add(&mut warnings, Diagnostic::warning("W3003", span, message));
             } else if is_host(func) {
-                add(&mut errors, Diagnostic::not_yet("E3001", span, format!("`{name}`")));
+                let args = match s {
+                    Stmt::Call { args, .. } => args.as_slice(),
+                    _ => &[],
+                };
+                at_run_time(shader, name, args, span).into_iter().for_each(|d| add(&mut errors, d));
             }
         });
     }
@@ -96,6 +102,41 @@ fn drop_calls(block: &mut Block, gone: &dyn Fn(builtins::FuncId) -> bool, values
             other => block.stmts.push(other),
         }
     }
+}
+
+/// A call that only the host can carry out, on what only running the shader tells: which argument that is, and what to do.
+/// Nothing where the argument is such a call itself.
+fn at_run_time(shader: &Shader, name: &str, args: &[Arg], span: Span) -> Option<Diagnostic> {
+    let strings = Strings::of(shader);
+    let numbers = Numbers::of(shader);
+    let culprit = args.iter().enumerate().find_map(|(i, arg)| {
+        let Arg::Value(v) = arg else { return Some((i, None)) };
+        let value = &shader.values[v.0 as usize];
+        let known = match (&value.inst, value.ty) {
+            (Inst::Const(_), _) => true,
+            (_, Ty::Str) => strings.trace(shader, vec![*v], Vec::new()).is_some(),
+            (_, Ty::Int) => numbers.few(shader, *v).is_some(),
+            _ => false,
+        };
+        (!known).then_some((i, Some(value)))
+    });
+    let makes = "strings are made and looked into at compile time";
+    let Some((i, value)) = culprit else {
+        let message = format!("`{name}` has too many possible results, and {makes}");
+        return Some(Diagnostic::error("E3001", span, message).help("choose among fewer strings or numbers"));
+    };
+    if value.is_some_and(|v| matches!(v.inst, Inst::Call(func, _) if is_host(func))) {
+        return None;
+    }
+    let message = format!("argument {} of `{name}` is known only when the shader runs, and {makes}", i + 1);
+    let d = Diagnostic::error("E3001", span, message);
+    let Some(value) = value else { return Some(d) };
+    let d = if value.span == span { d } else { d.label(value.span, "this one") };
+    Some(d.help(match value.ty {
+        Ty::Str => "choose among known strings; what the geometry or the user supplies while rendering is none of them",
+        Ty::Int => "keep the number in a known range: `clamp(i, 0, 9)`, `abs(i) % 10`, a loop's counter",
+        _ => "choose among known numbers, or make it an int in a known range: `clamp(int(x), 0, 9)`",
+    }))
 }
 
 /// A built-in as users know it.
@@ -160,8 +201,8 @@ pub(super) fn review(shader: &mut Shader, target: Target) -> Result<(Vec<Diagnos
                     settled.push((id, Const::Int(reached.into())));
                 }
                 name if is_host(*func) && target == Target::Device => {
-                    let what = format!("`{}` of what is not known at compile time", public_name(name));
-                    add(&mut errors, Diagnostic::not_yet("E3001", value.span, what));
+                    let said = at_run_time(shader, public_name(name), args, value.span);
+                    said.into_iter().for_each(|d| add(&mut errors, d));
                 }
                 name => {
                     if let Some((_, basis)) = name.split_once('_').filter(|(f, _)| f.starts_with("spline"))

@@ -55,6 +55,11 @@ fn lookup_kind(func: builtins::FuncId) -> Option<Kind> {
     })
 }
 
+/// Whether a built-in looks a texture up.
+pub(crate) fn is_lookup(func: builtins::FuncId) -> bool {
+    lookup_kind(func).is_some()
+}
+
 /// Where the mode stands among a lookup's arguments; the first channel follows it.
 fn mode_place(func: builtins::FuncId) -> Option<usize> {
     match builtins::row(func).name {

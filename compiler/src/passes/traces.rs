@@ -225,7 +225,7 @@ impl Answers<'_> {
             Rays::Scene => {
                 self.shading(&args[4], span);
                 let mut list = args[..4].to_vec();
-                list.push(args[5].clone());
+                list.push(args[5]);
                 self.ray(list, span, out)
             }
         };

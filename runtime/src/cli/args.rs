@@ -31,7 +31,7 @@ pub enum Command {
     Check(CheckArgs),
     /// Show a shader's parameters and metadata.
     Info(InfoArgs),
-    /// Show which effects a scene needs, who asked for them, and what they add.
+    /// Show which effects a scene needs, who asked for them, and what they add (-v: all askers, parameters and kernels).
     Plan(PlanArgs),
     /// List the OpenCL devices.
     Devices,
@@ -325,7 +325,7 @@ pub struct RenderArgs {
 /// Arguments of `oslcl compile`.
 #[derive(Debug, Args)]
 pub struct CompileArgs {
-    /// OSL files; for a package also shipped materials by name. Or a package (NAME.oslpak, NAME.oslpak:SHADER) to take apart.
+    /// OSL files; for a package also shader groups (.oslgroup), shipped materials by name, and NAME=FILE where scenes shall call it so. Or a package (NAME.oslpak, NAME.oslpak:SHADER) to take apart.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
     /// Folder for the files [default: next to each source], or NAME.oslpak: a package of all shaders, which scenes take as they
@@ -386,6 +386,25 @@ pub struct PlanArgs {
     /// Print JSON for tools.
     #[arg(long)]
     pub json: bool,
+    /// Render the scene as planned and without each effect that is on, and say what each costs in time and does to the picture; with
+    /// --verbose also with each effect forced on that is off.
+    #[arg(long)]
+    pub measure: bool,
+    /// Timed renders of each kind, in turn (with --measure).
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "measure", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Samples per pixel of each (with --measure).
+    #[arg(long, value_name = "N", default_value_t = 4, requires = "measure", value_parser = clap::value_parser!(u32).range(1..=i64::from(Integrator::MOST_SAMPLES)))]
+    pub spp: u32,
+    /// Size of the picture in pixels [default: the scene's] (with --measure).
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size, requires = "measure")]
+    pub size: Option<(u32, u32)>,
+    /// OpenCL device: its number in `oslcl devices` or a part of its name (with --measure).
+    #[arg(long, value_name = "DEVICE", requires = "measure")]
+    pub device: Option<String>,
+    /// Built programs.
+    #[command(flatten)]
+    pub cache: CacheArgs,
     /// Choices between accuracy and time.
     #[command(flatten)]
     pub choices: ChoiceArgs,

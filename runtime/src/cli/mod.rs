@@ -102,7 +102,7 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
         Command::Devices => devices::run(),
         Command::Shade(args) => shade::run(args),
         Command::Render(args) => render::run(args),
-        Command::Plan(args) => plan::run(args),
+        Command::Plan(args) => plan::run(args, cli.verbose > 0),
         Command::Bench(command) => bench::run(command),
         Command::Cache(command) => cache::run(command),
         Command::BuildPrograms(args) => cache::build_programs(args),

@@ -6,11 +6,12 @@
 use super::args::{CompileArgs, EmitArg, InfoArgs};
 use super::sources::{self, Folders};
 use super::{Error, compile, emit, info, params, report, terminal};
-use oslcl_compiler::{Binding, ShaderInfo, suggest};
+use oslcl_compiler::{Binding, suggest};
 use oslcl_runtime::files::{self, Output};
 use oslcl_runtime::package::make::{self, Front, Settings};
-use oslcl_runtime::package::{self, Form, Package, Shader, file};
+use oslcl_runtime::package::{self, Form, Package, Parameter, Shader, file};
 use oslcl_runtime::shader_file;
+use oslcl_runtime::shader_group::{self, Request};
 use oslcl_runtime::textures::{self, Library};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -48,8 +49,8 @@ impl<'a> Told<'a> {
         Told { shader, text, used: AtomicBool::new(false) }
     }
 
-    fn is_for(&self, info: &ShaderInfo) -> bool {
-        self.shader.is_none_or(|name| name == info.name)
+    fn is_for(&self, shader: &str) -> bool {
+        self.shader.is_none_or(|name| name == shader)
     }
 
     fn take(&self) {
@@ -68,24 +69,32 @@ struct Wishes<'a> {
 }
 
 impl Wishes<'_> {
-    fn bound(&self, info: &ShaderInfo) -> Result<Vec<(String, Binding)>, Error> {
-        let mine = self.values.iter().filter(|v| v.is_for(info));
-        let texts: Vec<String> = mine.inspect(|v| v.take()).map(|v| v.text.to_owned()).collect();
-        params::bindings(&texts, info)
+    fn bound(&self, shader: &str, front: &Front) -> Result<Vec<(String, Binding)>, Error> {
+        let mut out = Vec::new();
+        for value in self.values.iter().filter(|v| v.is_for(shader)) {
+            value.take();
+            let name = value.text.split('=').next().unwrap_or_default().trim();
+            let Some((layer, param)) = front.find(name) else { continue };
+            // A value is read by the type of its parameter.
+            let text = value.text.trim_start().replacen(name, &param, 1);
+            let bound = params::bindings(&[text], layer.info)?;
+            out.extend(bound.into_iter().map(|(param, value)| (layer.full(&param), value)));
+        }
+        Ok(out)
     }
 
-    fn kept(&self, info: &ShaderInfo) -> Result<Vec<String>, Error> {
+    fn kept(&self, shader: &str, front: &Front) -> Result<Vec<String>, Error> {
         let mut kept = Vec::new();
-        for wish in self.open.iter().filter(|w| w.is_for(info)) {
-            match make::keep(info, wish.text).map_err(Error::Usage)? {
+        for wish in self.open.iter().filter(|w| w.is_for(shader)) {
+            match front.keep(wish.text).map_err(Error::Usage)? {
                 Some(names) => kept.extend(names),
                 // Another shader may have it.
                 None if wish.shader.is_none() => continue,
                 None => {
-                    let (text, help) = (wish.text, make::suggestion(info, wish.text));
+                    let (text, params) = (wish.text, front.params());
+                    let help = make::suggestion(text, params.iter().map(String::as_str));
                     return Err(Error::Usage(format!(
-                        "--interactive {}:{text}: shader `{}` has no parameter `{text}`{help}",
-                        info.name, info.name
+                        "--interactive {shader}:{text}: shader `{shader}` has no parameter `{text}`{help}"
                     )));
                 }
             }
@@ -110,11 +119,11 @@ impl Wishes<'_> {
             };
             return Err(Error::Usage(match told.shader {
                 Some(name) => {
-                    let help = near(name, shaders.iter().map(Shader::name).collect());
+                    let help = near(name, shaders.iter().map(|s| s.name.as_str()).collect());
                     format!("{what} {name}:{}: no shader of the package is called `{name}`{help}", told.text)
                 }
                 None => {
-                    let params = shaders.iter().flat_map(|s| s.info().params.iter().map(|p| p.name.as_str()));
+                    let params = shaders.iter().flat_map(|s| s.params.iter().map(|p| p.name.as_str()));
                     let help = near(told.text, params.collect());
                     format!("{what} {}: no shader of the package has this parameter{help}", told.text)
                 }
@@ -145,12 +154,14 @@ pub(super) fn pack(args: &CompileArgs, to: &Path) -> Result<(), Error> {
         |index, said| one(&args.files[index], args, &wishes, said),
         &mut |index, shader: Shader| {
             let path = args.files[index].clone();
-            if let Some((other, _)) = shaders.iter().find(|(_, s)| s.name() == shader.name()) {
+            if let Some((other, _)) = shaders.iter().find(|(_, s)| s.name == shader.name) {
                 return Err(Error::Usage(format!(
-                    "`{}` and `{}` are both called `{}`: a package has each name once",
+                    "`{}` and `{}` are both called `{}`: a package has each name once\n  help: give one another, as in \
+                     NAME={}",
                     other.display(),
                     path.display(),
-                    shader.name()
+                    shader.name,
+                    path.display()
                 )));
             }
             shaders.push((path, shader));
@@ -160,7 +171,7 @@ pub(super) fn pack(args: &CompileArgs, to: &Path) -> Result<(), Error> {
     let shaders: Vec<Shader> = shaders.into_iter().map(|(_, shader)| shader).collect();
     wishes.check(&shaders)?;
     let bytes = package::bytes(&shaders);
-    let names: Vec<&str> = shaders.iter().map(Shader::name).collect();
+    let names: Vec<&str> = shaders.iter().map(|s| s.name.as_str()).collect();
     let line = format!(
         "{}: {} ({:.1} KiB): {}\n",
         to.display(),
@@ -176,22 +187,51 @@ fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
+/// `NAME=FILE`: what scenes shall call the shader of a file, where it says so; the file.
+fn called(path: &Path) -> (Option<&str>, &Path) {
+    let split = path.to_str().filter(|_| !path.exists()).and_then(|text| text.split_once('='));
+    match split {
+        Some((name, file)) if !name.is_empty() && !name.contains(['/', '\\', ':']) => (Some(name), Path::new(file)),
+        _ => (None, path),
+    }
+}
+
 /// Compiles a file for a package. Findings are added to `said`.
 fn one(path: &Path, args: &CompileArgs, wishes: &Wishes<'_>, said: &mut String) -> Result<Shader, Error> {
+    let (alias, path) = called(path);
     let source = sources::read_or_shipped(path)?;
     let options = sources::options(&source, &args.source)?;
     let folders = Folders::new(&args.source);
-    let front = Front::new(&source.text, &options, &folders).map_err(|f| compile::failed(&f, &folders, said))?;
-    let master = front.master();
-    said.push_str(&report::rendered(master.sources(), master.warnings()));
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let front = match path.extension().is_some_and(|e| e == shader_group::EXTENSION) {
+        true => Front::of_group(&Request {
+            name: alias.unwrap_or(&stem),
+            text: &source.text,
+            path,
+            folders: &args.source.include,
+            options: &options,
+            includes: &folders,
+        }),
+        false => Front::new(&source.text, &options, &folders),
+    };
+    let front = front.map_err(|f| compile::failed(&f, &folders, said))?;
     let beside = path.parent().map(Path::to_owned).into_iter().collect();
     let library = Arc::new(Library::new(textures::Settings { search: beside, ..textures::Settings::default() }));
-    let settings =
-        Settings { bound: wishes.bound(master.info())?, kept: wishes.kept(master.info())?, textures: library.access() };
-    let made = front.compile(&settings).map_err(|f| compile::failed(&f, &folders, said))?;
-    // Those of the front half come first and were said.
-    let later = &made.warnings[master.warnings().len().min(made.warnings.len())..];
-    said.push_str(&report::rendered(&made.sources, later));
+    let name = alias.unwrap_or(front.name());
+    let settings = Settings {
+        bound: wishes.bound(name, &front)?,
+        kept: wishes.kept(name, &front)?,
+        textures: library.access(),
+        name: alias.map(str::to_owned),
+    };
+    let made = front.compile(&settings).map_err(|f| {
+        let error = compile::failed(&f, &folders, said);
+        if !settings.kept.is_empty() {
+            said.push_str(&format!("  note: these parameters are left open: {}\n", settings.kept.join(", ")));
+        }
+        error
+    })?;
+    said.push_str(&report::rendered(&made.sources, &made.warnings));
     if let Some(cause) = &made.shader.main.no_spirv {
         said.push_str(&format!("note: {}: OpenCL C alone, no SPIR-V: {cause}\n", path.display()));
     }
@@ -251,20 +291,19 @@ pub(super) fn show(args: &InfoArgs, file: &Path, name: Option<&str>) -> Result<(
         package.made_by()
     );
     for shader in &shaders {
-        let _ = write!(out, "\n{}", info::text(shader.info(), &|param| note(shader, param)));
+        let called = if shader.name == shader.info().name { String::new() } else { format!("{}: ", shader.name) };
+        let _ = write!(out, "\n{called}{}", info::text(shader.info(), &|param| note(shader, param)));
         describe(&mut out, shader);
     }
     terminal::print(&out)
 }
 
-/// What stands behind a parameter's default.
+/// What stands behind a parameter's default; of a group those of its last layer are shown.
 fn note(shader: &Shader, param: &str) -> String {
-    if shader.kept.iter().any(|k| k == param) {
-        return " (interactive)".to_owned();
-    }
-    match shader.bound.iter().rev().find(|(name, _)| name == param) {
-        Some((_, value)) => format!(" (compiled as {})", package::shown(value)),
-        None => String::new(),
+    match shader.param(&shader.full_name(param)) {
+        Some(p) if p.open => " (interactive)".to_owned(),
+        Some(Parameter { given: true, value: Some(value), .. }) => format!(" (compiled as {})", package::shown(value)),
+        _ => String::new(),
     }
 }
 
@@ -277,6 +316,11 @@ fn describe(out: &mut String, shader: &Shader) {
         }
     };
     out_of(&mut line, artifact);
+    if !shader.layers.is_empty() {
+        line("layers", shader.layers.clone());
+        let open = shader.params.iter().filter(|p| p.open);
+        line("open", open.map(|p| format!("{} {}", p.words, p.name)).collect());
+    }
     line("from", vec![shader.source.clone()]);
     line("messages", if artifact.sites.is_empty() { vec![] } else { vec![counted(artifact.sites.len(), "call")] });
     let spirv = |form: &Form| form.no_spirv.clone().map_or("yes".to_owned(), |cause| format!("no: {cause}"));
@@ -311,10 +355,15 @@ fn json(package: &Package, shaders: &[Shader]) -> serde_json::Value {
             // Long, and a file of its own (`oslcl compile NAME.oslpak`).
             fields.remove("code");
         }
-        let bound: BTreeMap<&str, &Binding> = shader.bound.iter().map(|(n, v)| (n.as_str(), v)).collect();
+        let open: Vec<&str> = shader.params.iter().filter(|p| p.open).map(|p| p.name.as_str()).collect();
+        let given = shader.params.iter().filter(|p| p.given);
+        let bound: BTreeMap<&str, &Binding> =
+            given.filter_map(|p| Some((p.name.as_str(), p.value.as_ref()?))).collect();
         serde_json::json!({
+            "name": shader.name,
             "source": shader.source,
-            "interactive": shader.kept,
+            "layers": shader.layers,
+            "interactive": open,
             "bound": bound,
             "no_spirv": shader.main.no_spirv,
             "no_points": shader.no_points,

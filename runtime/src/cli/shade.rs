@@ -94,7 +94,7 @@ fn of_package(args: &ShadeArgs, wanted: Vec<(String, PathBuf)>, shader: &Shader)
         let known: Vec<&str> = artifact.outputs.iter().map(|o| o.name.as_str()).collect();
         return Err(Error::Usage(format!(
             "shader `{}` of the package does not store `{name}`\n  help: it stores {}",
-            shader.name(),
+            shader.name,
             known.join(", ")
         )));
     }
@@ -129,7 +129,7 @@ fn grid(args: &ShadeArgs) -> Result<Grid, Error> {
     Ok(Grid { scale_uv: [u1 - u0, v1 - v0], offset_uv: [u0, v0], ..Grid::new(width, height) })
 }
 
-fn host_error(error: HostError) -> Error {
+pub(super) fn host_error(error: HostError) -> Error {
     match error {
         HostError::Compile(failure) => report::report(&failure),
         HostError::Grid(error) => error.into(),

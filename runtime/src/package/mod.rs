@@ -1,7 +1,7 @@
 //! Shader packages: compiled shaders in one file, which a render takes without any compiler. docs/packages.md is the manual,
 //! docs/adr/0020-packages.md says what is decided when.
 //!
-//! In: OSL sources and what to leave open ([`make`]), or a file ([`Package::read`]). Out: the file's bytes, or artifacts for a
+//! In: OSL sources or groups and what to leave open ([`make`]), or a file ([`Package::read`]). Out: the file's bytes, or artifacts for a
 //! scene's materials ([`take`]). It must not know devices.
 
 mod error;
@@ -15,8 +15,10 @@ pub use error::Error;
 pub use facts::Fact;
 pub use take::shown;
 
+use crate::shader_group;
 use oslcl_compiler::artifact::Stored;
-use oslcl_compiler::reflect::{Param, ShaderInfo, Value};
+use oslcl_compiler::reflect::{ShaderInfo, Value};
+use oslcl_compiler::types::Type;
 use oslcl_compiler::{Artifact, Binding, suggest};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -33,6 +35,8 @@ pub struct Form {
 /// A shader of a package.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shader {
+    /// The name by which scenes know it.
+    pub name: String,
     /// The file that it was made of.
     pub source: String,
     /// What runs on surfaces and in the environment; of a displacement shader what moves vertices.
@@ -46,10 +50,10 @@ pub struct Shader {
     pub points: Option<Form>,
     /// Why there is no `points`.
     pub no_points: Option<String>,
-    /// Values that were given when it was compiled; other parameters have their defaults.
-    pub bound: Vec<(String, Binding)>,
-    /// Parameters whose values are read at run time.
-    pub kept: Vec<String>,
+    /// The layers of a group, whose parameters are called `layer.param`; empty of a shader alone.
+    pub layers: Vec<String>,
+    /// What there is to say of its parameters.
+    pub params: Vec<Parameter>,
     /// Parameters that are a texture coordinate of the surface, wherever the shader runs.
     pub coordinates: Vec<String>,
     /// What is built into the code about texture files.
@@ -57,11 +61,6 @@ pub struct Shader {
 }
 
 impl Shader {
-    /// Its name in OSL, by which scenes name it.
-    pub fn name(&self) -> &str {
-        &self.main.artifact.name
-    }
-
     /// Parameters, defaults and metadata as written.
     pub fn info(&self) -> &ShaderInfo {
         &self.main.artifact.info
@@ -72,20 +71,36 @@ impl Shader {
         if self.main.artifact.kind == "displacement" { Some(&self.main) } else { self.mover.as_ref() }
     }
 
-    /// The value that a parameter has in the code, as far as it is known without running the shader; `None` also for one whose
-    /// value is read at run time. Fields of structs are named `a.x`.
-    pub fn baked(&self, name: &str) -> Option<Binding> {
-        if self.kept.iter().any(|k| k == name) {
-            return None;
+    /// The name of a parameter among `params`: one of a group's last layer needs no layer's name.
+    pub fn full_name(&self, name: &str) -> String {
+        match self.layers.is_empty() {
+            true => name.to_owned(),
+            false => shader_group::full_name(name, self.layers.iter().map(String::as_str)),
         }
-        let given = self.bound.iter().rev().find(|(n, _)| n == name).map(|(_, value)| value.clone());
-        given.or_else(|| self.param(name)?.default.as_ref().map(as_binding))
     }
 
-    /// The parameter of this name.
-    pub fn param(&self, name: &str) -> Option<&Param> {
-        self.info().params.iter().find(|p| p.name == name)
+    /// The parameter of this full name, or the struct that has it as a field.
+    pub fn param(&self, name: &str) -> Option<&Parameter> {
+        let whole = |p: &&Parameter| name.strip_prefix(&p.name).is_some_and(|rest| rest.starts_with('.'));
+        self.params.iter().find(|p| p.name == name).or_else(|| self.params.iter().find(whole))
     }
+}
+
+/// A parameter of a shader in a package.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Its name; of a field of a struct that was given a value `a.x`.
+    pub name: String,
+    /// Its type; `None` of a field.
+    pub ty: Option<Type>,
+    /// The type in OSL's words; empty of a field.
+    pub words: String,
+    /// The value in the code, or that of an open one which nobody sets; `None`: it is computed.
+    pub value: Option<Binding>,
+    /// The value is not the default.
+    pub given: bool,
+    /// Values are read at run time.
+    pub open: bool,
 }
 
 /// A default of reflection as a value to bind.
@@ -206,7 +221,7 @@ pub fn bytes(shaders: &[Shader]) -> Vec<u8> {
     let mut bodies = Vec::new();
     for shader in shaders {
         let body = file::encoded(shader);
-        table.shaders.push(Row { name: shader.name().to_owned(), bytes: body.len() as u64 });
+        table.shaders.push(Row { name: shader.name.clone(), bytes: body.len() as u64 });
         bodies.extend(body);
     }
     file::seal(oslcl_compiler::artifact::ABI_VERSION, &file::join(&file::encoded(&table), &bodies))

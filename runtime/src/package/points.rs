@@ -21,16 +21,14 @@ impl Shader {
         road: Road,
         library: &Library,
     ) -> Result<(Artifact, Supplies), Error> {
-        let shader = || self.name().to_owned();
+        let shader = || self.name.clone();
         let form = self.points.as_ref().ok_or_else(|| Error::NoPoints {
             shader: shader(),
             cause: self.no_points.clone().unwrap_or_else(|| "it was left out".to_owned()),
         })?;
         let mut supplies = Supplies::default();
         for (name, value) in values {
-            if accept(self, name, value)? {
-                supplies.interactive.push((name.clone(), value.clone()));
-            }
+            supplies.interactive.extend(accept(self, name, value)?.map(|full| (full, value.clone())));
         }
         if let Some(cause) = self.facts.iter().find_map(|fact| fact.changed(library)) {
             return Err(Error::Fact { shader: shader(), cause });

@@ -41,10 +41,7 @@ pub(crate) fn take(shader: &Shader, from: &FromPackage, wanted: &Wanted<'_>) -> 
     for (name, value) in &material.params {
         let value = binding(value);
         let open = accept(shader, name, &value).map_err(|e| (from.param_at(name).clone(), e))?;
-        if open {
-            supplies.interactive.retain(|(other, _)| other != name);
-            supplies.interactive.push((name.clone(), value));
-        }
+        supplies.interactive.extend(open.map(|full| (full, value)));
     }
     let here = |error| (from.at.clone(), error);
     if wanted.changes && !wanted.moves {
@@ -53,7 +50,7 @@ pub(crate) fn take(shader: &Shader, from: &FromPackage, wanted: &Wanted<'_>) -> 
     coordinates(shader, wanted).map_err(here)?;
     for fact in &shader.facts {
         if let Some(cause) = fact.changed(wanted.library) {
-            return Err(here(Error::Fact { shader: shader.name().to_owned(), cause }));
+            return Err(here(Error::Fact { shader: shader.name.clone(), cause }));
         }
     }
     // Where a shader moves nothing, the one that it has says what it is instead.
@@ -69,38 +66,41 @@ pub(crate) fn on_road(shader: &Shader, form: &Form, road: Road) -> Result<Artifa
         (Road::OpenClC, _) => artifact.spirv = None,
         (Road::Spirv, None) => {}
         (Road::Spirv, Some(cause)) => {
-            return Err(Error::NoSpirv { shader: shader.name().to_owned(), cause: cause.clone() });
+            return Err(Error::NoSpirv { shader: shader.name.clone(), cause: cause.clone() });
         }
     }
     Ok(artifact)
 }
 
-/// Whether a value is for the render to supply; what the code has already needs nothing.
-pub(crate) fn accept(shader: &Shader, name: &str, value: &Binding) -> Result<bool, Error> {
-    let slot = shader.main.artifact.inputs.interactive.iter().find(|s| s.name == name);
-    let root = name.split('.').next().unwrap_or(name);
-    let Some(param) = shader.param(root) else {
-        let help = suggestion(shader.info(), root);
-        return Err(Error::NoParameter { shader: shader.name().to_owned(), name: name.to_owned(), help });
+/// The full name of a parameter whose value is for the render to supply; `None`: the code has this value already.
+pub(crate) fn accept(shader: &Shader, name: &str, value: &Binding) -> Result<Option<String>, Error> {
+    let full = shader.full_name(name);
+    let Some(param) = shader.param(&full) else { return Err(no_parameter(shader, name)) };
+    let named = || (shader.name.clone(), name.to_owned());
+    let refused = || {
+        let (shader, name) = named();
+        let value =
+            param.value.as_ref().filter(|_| param.name == full).map_or(String::new(), |v| format!("{} ", shown(v)));
+        Error::Baked { shader, name, value }
     };
-    let misfit =
-        |ty: &str| Error::Misfit { shader: shader.name().to_owned(), name: name.to_owned(), ty: ty.to_owned() };
-    if let Some(slot) = slot {
-        return match value.numbers(slot) {
-            Some(_) => Ok(true),
-            None => Err(misfit(&slot.ty)),
-        };
-    }
-    let baked = shader.baked(name);
-    let shown = baked.as_ref().map_or(String::new(), |b| format!("{} ", shown(b)));
-    let refused = Error::Baked { shader: shader.name().to_owned(), name: name.to_owned(), value: shown };
-    if root != name {
+    let (Some(ty), true) = (param.ty, param.name == full) else {
         // The types of fields are not kept: the same words are the same value.
-        return if baked.as_ref() == Some(value) { Ok(false) } else { Err(refused) };
+        return if param.name == full && param.value.as_ref() == Some(value) { Ok(None) } else { Err(refused()) };
+    };
+    let Some(numbers) = value.numbers_as(ty) else {
+        let (shader, name) = named();
+        return Err(Error::Misfit { shader, name, ty: param.words.clone() });
+    };
+    if param.open {
+        return Ok(Some(full));
     }
-    let Some(numbers) = value.numbers_as(param.resolved) else { return Err(misfit(&param.ty)) };
-    let same = baked.and_then(|b| b.numbers_as(param.resolved)).is_some_and(|b| are_same(param.resolved, &b, &numbers));
-    if same { Ok(false) } else { Err(refused) }
+    let own = param.value.as_ref().and_then(|v| v.numbers_as(ty));
+    if own.is_some_and(|own| are_same(ty, &own, &numbers)) { Ok(None) } else { Err(refused()) }
+}
+
+fn no_parameter(shader: &Shader, name: &str) -> Error {
+    let help = suggestion(name, shader.params.iter().map(|p| p.name.as_str()));
+    Error::NoParameter { shader: shader.name.clone(), name: name.to_owned(), help }
 }
 
 /// Floats are the same when 32 bits can't tell them apart: what code holds is rounded to that.
@@ -125,12 +125,12 @@ pub fn shown(value: &Binding) -> String {
 /// What shall change between renders must be open.
 fn changeable(shader: &Shader, material: &Material) -> Result<(), Error> {
     for name in &material.interactive {
-        if shader.param(name).is_none() {
-            let help = suggestion(shader.info(), name);
-            return Err(Error::NoParameter { shader: shader.name().to_owned(), name: name.clone(), help });
-        }
-        if !shader.kept.contains(name) {
-            return Err(Error::NotKept { shader: shader.name().to_owned(), name: name.clone() });
+        match shader.params.iter().find(|p| p.name == shader.full_name(name)) {
+            None => return Err(no_parameter(shader, name)),
+            Some(param) if !param.open => {
+                return Err(Error::NotKept { shader: shader.name.clone(), name: name.clone() });
+            }
+            Some(_) => {}
         }
     }
     Ok(())
@@ -154,7 +154,7 @@ fn coordinates(shader: &Shader, wanted: &Wanted<'_>) -> Result<(), Error> {
             None if found.is_some() => format!("a mesh has data of its own called `{name}`"),
             None => "the environment has none".to_owned(),
         };
-        return Err(Error::Coordinate { shader: shader.name().to_owned(), name: name.clone(), lack });
+        return Err(Error::Coordinate { shader: shader.name.clone(), name: name.clone(), lack });
     }
     Ok(())
 }
@@ -169,7 +169,7 @@ fn environment(shader: &Shader, form: &Form, wanted: &Wanted<'_>) -> Result<(), 
         if let Some((name, _)) = asked(&slot.name)
             && known.answer(&slot.name).is_some()
         {
-            return Err(Error::EnvironmentAttribute { shader: shader.name().to_owned(), name: name.to_owned() });
+            return Err(Error::EnvironmentAttribute { shader: shader.name.clone(), name: name.to_owned() });
         }
     }
     Ok(())

@@ -162,6 +162,11 @@ impl Effect {
         }
     }
 
+    /// Whether a picture without it is right in the mean, and only takes longer to get there.
+    pub fn keeps_mean(self) -> bool {
+        matches!(self, Lights | VaryingLights | EnvironmentSampling | Roulette | Instances)
+    }
+
     /// The effect of a filter of the film; `None`: the box, which is always there.
     pub fn of_filter(filter: Filter) -> Option<Effect> {
         match filter {

@@ -1,4 +1,4 @@
-//! Where everything lies: planes of path state, buffers, queues, settings, constants, counters. One table each, from which
+//! Where everything lies: fields of path state, buffers, queues, settings, constants, counters. One table each, from which
 //! both the kernels' layout.h and the host's bindings come.
 //!
 //! In: the effects that are on. Out: [`Layout`]. It must not know devices.
@@ -8,10 +8,10 @@ use crate::choices::PathState;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// A field of path state: planes of one number per slot.
+/// A field of path state: one number or three in the record of a slot.
 struct Field {
     name: &'static str,
-    planes: u32,
+    numbers: u32,
     /// Any of these calls for it; none: always there.
     needs: &'static [Effect],
     /// May be kept in 16 bits, where the user wants that: numbers whose range no scene's units or lights decide, and whose rounding
@@ -19,16 +19,16 @@ struct Field {
     half: bool,
 }
 
-const fn field(name: &'static str, planes: u32, needs: &'static [Effect]) -> Field {
-    Field { name, planes, needs, half: false }
+const fn field(name: &'static str, numbers: u32, needs: &'static [Effect]) -> Field {
+    Field { name, numbers, needs, half: false }
 }
 
-const fn short(name: &'static str, planes: u32, needs: &'static [Effect]) -> Field {
-    Field { name, planes, needs, half: true }
+const fn short(name: &'static str, numbers: u32, needs: &'static [Effect]) -> Field {
+    Field { name, numbers, needs, half: true }
 }
 
-/// Bit of a plane's number: it is one of halves (kernels/context.h).
-const PLANE_HALF: u32 = 0x8000_0000;
+/// Bit of a field's place: its record is one of halves (kernels/context.h).
+const FIELD_HALF: u32 = 0x8000_0000;
 
 const DIRECT: &[Effect] = &[Lights, EnvironmentSampling];
 const FACETS: &[Effect] = &[LobeWard, LobeMicrofacet, LobeConductor, LobeDielectric, LobeGeneralizedSchlick];
@@ -321,30 +321,36 @@ impl Layout {
         field.half && self.path_state == PathState::Half
     }
 
-    fn planes(&self, fields: &[Field], half: bool) -> u32 {
-        fields.iter().filter(|f| self.has(f.needs) && self.is_half(f) == half).map(|f| f.planes).sum()
+    /// The fields that exist with their places in the records of their kind, and the numbers that records have: of words or reals,
+    /// and of halves. Triples of reals lie at multiples of four, before the rest; so does the record behind the last.
+    fn places(&self, fields: &'static [Field]) -> (Vec<(&'static Field, u32)>, u32, u32) {
+        let (mut at, mut half, mut places) = (0, 0, Vec::new());
+        let wide = |f: &Field| f.numbers == 3 && !self.is_half(f);
+        let existing = |first: bool| fields.iter().filter(move |f| self.has(f.needs) && wide(f) == first);
+        for field in existing(true).chain(existing(false)) {
+            let place = if self.is_half(field) { FIELD_HALF | half } else { at };
+            places.push((field, place));
+            match self.is_half(field) {
+                true => half += field.numbers,
+                false => at += if wide(field) { 4 } else { field.numbers },
+            }
+        }
+        (places, at, half)
     }
 
-    /// Planes of reals.
-    pub fn real_planes(&self) -> u32 {
-        self.planes(REALS, false)
+    /// Reals of a path.
+    pub fn reals_per_path(&self) -> u32 {
+        self.places(REALS).1.next_multiple_of(4)
     }
 
-    /// Planes of halves.
-    pub fn half_planes(&self) -> u32 {
-        self.planes(REALS, true)
+    /// Halves of a path.
+    pub fn halves_per_path(&self) -> u32 {
+        self.places(REALS).2
     }
 
-    /// Planes of unsigned ints.
-    pub fn uint_planes(&self) -> u32 {
-        self.planes(UINTS, false)
-    }
-
-    /// Bytes of the planes of a path.
-    fn bytes_of_planes(&self, real_bytes: u64) -> u64 {
-        u64::from(self.real_planes()) * real_bytes
-            + 2 * u64::from(self.half_planes())
-            + 4 * u64::from(self.uint_planes())
+    /// Unsigned ints of a path.
+    pub fn uints_per_path(&self) -> u32 {
+        self.places(UINTS).1
     }
 
     /// Number of queues.
@@ -373,24 +379,36 @@ impl Layout {
         self.queue_count() as usize + COUNTERS.iter().map(|(.., n)| *n as usize).sum::<usize>()
     }
 
-    /// Bytes that a path in flight takes: its state and its places in the queues.
+    /// Bytes that a path in flight takes: its records and its places in the queues.
     pub fn bytes_per_path(&self, real_bytes: u64) -> u64 {
-        self.bytes_of_planes(real_bytes) + 4 * u64::from(self.queue_count())
+        u64::from(self.reals_per_path()) * real_bytes
+            + 2 * u64::from(self.halves_per_path())
+            + 4 * u64::from(self.uints_per_path() + self.queue_count())
     }
 
-    /// Bytes of path state that an effect alone adds.
+    /// Bytes of a path that an effect alone adds: its state, before records are filled up, and its places in queues.
     pub fn bytes_of(&self, effect: Effect, real_bytes: u64) -> u64 {
-        let mut without = self.on.clone();
-        without.remove(&effect);
-        let other = Layout { on: without, ..self.clone() };
-        self.bytes_of_planes(real_bytes) - other.bytes_of_planes(real_bytes)
+        let bytes = |layout: &Layout| {
+            let (_, reals, halves) = layout.places(REALS);
+            u64::from(reals) * real_bytes
+                + 2 * u64::from(halves)
+                + 4 * u64::from(layout.uints_per_path() + layout.queue_count())
+        };
+        bytes(self) - bytes(&self.without(effect))
+    }
+
+    /// The layout if one effect were off, and all else as it is.
+    fn without(&self, effect: Effect) -> Layout {
+        let mut on = self.on.clone();
+        on.remove(&effect);
+        let materials = if effect == Surfaces { 0 } else { self.materials };
+        let shaded_lights = if effect == VaryingLights { 0 } else { self.shaded_lights };
+        Layout::new(on, materials, shaded_lights, self.path_state)
     }
 
     /// Names of the buffers that an effect alone adds.
     pub fn buffers_of(&self, effect: Effect) -> Vec<&'static str> {
-        let mut without = self.on.clone();
-        without.remove(&effect);
-        let other = Layout { on: without, ..self.clone() };
+        let other = self.without(effect);
         self.buffers().filter(|b| !other.buffers().any(|o| o == *b)).map(|(_, name)| name).collect()
     }
 
@@ -405,7 +423,7 @@ impl Layout {
     }
 
     fn rows(&self) -> impl Iterator<Item = &'static BufferRow> {
-        let exists = |id: BufferId| id != BufferId::PathHalf || self.half_planes() > 0;
+        let exists = |id: BufferId| id != BufferId::PathHalf || self.halves_per_path() > 0;
         BUFFERS.iter().filter(move |(id, .., needs)| self.has(needs) && exists(*id))
     }
 
@@ -415,15 +433,15 @@ impl Layout {
             String::from("// Written by the plan of this scene.\n#ifndef OSLCL_LAYOUT_H\n#define OSLCL_LAYOUT_H\n\n");
         let _ = writeln!(out, "#define PATHS {paths}u\n#define FILM_CHANNELS {}u", self.film_channels());
         for (prefix, fields) in [("PATH", REALS), ("PATHU", UINTS)] {
-            let (mut plane, mut half) = (0, PLANE_HALF);
-            for f in fields.iter().filter(|f| self.has(f.needs)) {
-                let next = if self.is_half(f) { &mut half } else { &mut plane };
-                let _ = writeln!(out, "#define {prefix}_{} {next}u", f.name);
-                *next += f.planes;
+            for (field, place) in self.places(fields).0 {
+                let _ = writeln!(out, "#define {prefix}_{} {place}u", field.name);
             }
         }
-        if self.half_planes() > 0 {
-            let _ = writeln!(out, "#define PLANE_HALF {PLANE_HALF}u");
+        let _ = writeln!(out, "#define REALS_PER_PATH {}u", self.reals_per_path());
+        let _ = writeln!(out, "#define UINTS_PER_PATH {}u", self.uints_per_path());
+        if self.halves_per_path() > 0 {
+            let _ = writeln!(out, "#define HALVES_PER_PATH {}u", self.halves_per_path());
+            let _ = writeln!(out, "#define FIELD_HALF {FIELD_HALF}u");
         }
         for (i, name) in self.queues.iter().enumerate() {
             let _ = writeln!(out, "#define QUEUE_{name} {i}");
@@ -469,7 +487,7 @@ mod tests {
         lines.map(|(name, n)| (name.to_owned(), number(n))).collect()
     }
 
-    /// Planes of each prefix lie one behind the other, without gap or overlap, and fill what the host allocates.
+    /// Fields of each kind do not overlap, lie within the record that the host allocates, and triples where they are read at once.
     #[test]
     fn header_and_host_agree_on_path_state() {
         let all: BTreeSet<Effect> = Effect::ALL.iter().copied().collect();
@@ -478,21 +496,25 @@ mod tests {
                 let layout = Layout::new(on.clone(), 3, 2, path_state);
                 let header = layout.header(64);
                 for (prefix, fields, total) in
-                    [("PATH_", REALS, layout.real_planes()), ("PATHU_", UINTS, layout.uint_planes())]
+                    [("PATH_", REALS, layout.reals_per_path()), ("PATHU_", UINTS, layout.uints_per_path())]
                 {
-                    let (mut next, mut next_half) = (0, PLANE_HALF);
-                    for (name, plane) in defined(&header, prefix) {
+                    let mut taken = [BTreeSet::new(), BTreeSet::new()];
+                    for (name, place) in defined(&header, prefix) {
                         let field = fields.iter().find(|f| f.name == name).expect("a field of the table");
-                        let next = if plane >= PLANE_HALF { &mut next_half } else { &mut next };
-                        assert_eq!(plane, *next, "{name}");
-                        *next += field.planes;
+                        let half = place & FIELD_HALF != 0;
+                        let wide = field.numbers == 3 && !half;
+                        assert!(!wide || place % 4 == 0, "{name}");
+                        for number in 0..if wide { 4 } else { field.numbers } {
+                            let at = (place & !FIELD_HALF) + number;
+                            assert!(at < if half { layout.halves_per_path() } else { total }, "{name}");
+                            assert!(taken[usize::from(half)].insert(at), "{name}");
+                        }
                     }
-                    let halves = if prefix == "PATH_" { layout.half_planes() } else { 0 };
-                    assert_eq!((next, next_half - PLANE_HALF), (total, halves));
                 }
                 let halves = path_state == PathState::Half;
                 assert_eq!(header.contains("half *path_half"), halves);
-                assert_eq!(header.contains("PLANE_HALF"), halves);
+                assert_eq!(header.contains("FIELD_HALF"), halves);
+                assert_eq!(layout.reals_per_path() % 4, 0);
             }
         }
     }
@@ -520,7 +542,9 @@ mod tests {
         assert!(lit.bytes_per_path(4) > plain.bytes_per_path(4));
         assert_eq!(plain.bytes_of(Lights, 4), 0);
         let halves = Layout { path_state: PathState::Half, ..lit.clone() };
-        assert_eq!(lit.bytes_per_path(4) - halves.bytes_per_path(4), 2 * u64::from(halves.half_planes()));
-        assert_eq!(lit.bytes_of(Lights, 4), u64::from(lit.real_planes() - plain.real_planes()) * 4);
+        assert!(halves.bytes_per_path(4) < lit.bytes_per_path(4));
+        // Densities and distances of hits, rays to lights with what they bring: three triples of four reals each, and three reals.
+        // And its place in the queue of light rays.
+        assert_eq!(lit.bytes_of(Lights, 4), 4 * (3 * 4 + 3) + 4);
     }
 }

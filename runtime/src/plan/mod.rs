@@ -7,9 +7,10 @@ mod asker;
 mod effects;
 mod layout;
 mod overrides;
+mod places;
 mod stages;
 
-pub use asker::{Asker, Part};
+pub use asker::{Asker, Decider, Part, ShaderPlace};
 pub use effects::{Decision, Effect};
 pub use layout::{BufferId, Constant, Counter, Layout, Setting};
 pub use overrides::{EffectSet, Overrides, UnknownEffect};
@@ -47,6 +48,7 @@ impl Plan {
     /// scene, `None` where nothing uses it.
     pub fn new(written: &Scene, scene: &Scene, materials: &[Option<Artifact>], choices: &Choices) -> Plan {
         let mut decisions = effects::decide(written, materials, choices);
+        places::find(written, materials, &mut decisions);
         if scene.instances.is_empty() {
             // Nothing but the environment's stage is there to carry the paths on.
             let asked = &mut decisions[Effect::VaryingEnvironment as usize];

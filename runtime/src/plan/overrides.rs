@@ -59,7 +59,26 @@ pub struct Overrides {
 impl Overrides {
     /// Forces some effects on, each with what it needs, and others off, each with what needs it. Off counts more.
     pub fn new(force: impl IntoIterator<Item = Effect>, without: impl IntoIterator<Item = Effect>) -> Overrides {
-        let mut out = Overrides { force: force.into_iter().collect(), without: without.into_iter().collect() };
+        Overrides { force: force.into_iter().collect(), without: without.into_iter().collect() }.closed()
+    }
+
+    /// The same with another effect left out, and what needs it.
+    pub fn and_without(self, effect: Effect) -> Overrides {
+        let mut out = self;
+        out.without.insert(effect);
+        out.closed()
+    }
+
+    /// The same with another effect forced on, and what it needs, unless that is left out.
+    pub fn and_force(self, effect: Effect) -> Overrides {
+        let mut out = self;
+        out.force.insert(effect);
+        out.closed()
+    }
+
+    /// With all that the sets imply.
+    fn closed(self) -> Overrides {
+        let mut out = self;
         // Needs come before what needs them in no particular order: repeat until nothing is added. Sets only grow.
         loop {
             let before = out;

@@ -42,6 +42,7 @@ impl Scene {
             textures: Vec::new(),
             shaders: Vec::new(),
             attributes: Vec::new(),
+            places: super::Places::default(),
         }
     }
 

@@ -4,7 +4,7 @@
 
 use super::error::{Error, Location, MeshFile, suggest};
 use super::value::{Table, Text, Value};
-use super::{Attributes, Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, Scene};
+use super::{Attributes, Camera, Film, Instance, Integrator, Material, MaterialId, Mesh, MeshId, Place, Scene};
 use super::{geometry, material, obj, ply, shapes, transform};
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -46,6 +46,13 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
         meshes: BTreeMap::new(),
     };
     builder.scene.attributes = material::attributes(&root)?;
+    for (table, key, place) in
+        [("camera", "lens_radius", "camera.lens_radius"), ("integrator", "roulette", "integrator.roulette")]
+    {
+        if let Some(value) = root.get(table).map(|t| t.table()).transpose()?.and_then(|t| t.get(key)) {
+            builder.scene.places.note(Place::Setting(place), value.at());
+        }
+    }
     if let Some(film) = root.get("film") {
         builder.scene.film = self::film(&film.table()?)?;
     }
@@ -54,12 +61,13 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
     }
     if let Some(materials) = root.get("materials") {
         for (name, value) in materials.table()?.entries() {
-            let id = builder.scene.add_material(material::read(&value.table()?, name)?);
+            let id = builder.read_material(&value.table()?, name)?;
             builder.materials.insert(name.to_string(), id);
         }
         for (name, value) in materials.table()?.entries() {
             if let Some(displacement) = value.table()?.get("displacement") {
                 let id = builder.materials[name];
+                builder.scene.places.note(Place::Displacement(id), displacement.at());
                 builder.scene.materials[id.0 as usize].displacement = Some(builder.material(&displacement)?);
             }
         }
@@ -78,12 +86,13 @@ pub fn parse(source: &str, path: &Path) -> Result<Scene, Error> {
         }
     }
     if let Some(environment) = root.get("environment") {
+        builder.scene.places.note(Place::Environment, environment.at());
         builder.scene.environment = Some(match environment.raw().as_str() {
             Some(_) => builder.material(&environment)?,
             None => {
                 let table =
                     environment.table().map_err(|_| environment.wrong_type("the name of a material or a table"))?;
-                builder.scene.add_material(material::read(&table, "environment")?)
+                builder.read_material(&table, "environment")?
             }
         });
     }
@@ -154,6 +163,21 @@ struct Builder {
 }
 
 impl Builder {
+    /// Adds the material of a table.
+    fn read_material(&mut self, table: &Table<'_>, name: &str) -> Result<MaterialId, Error> {
+        let id = self.scene.add_material(material::read(table, name)?);
+        self.scene.places.note(Place::Material(id), table.at());
+        if let Some(params) = table.get("params") {
+            for (name, value) in params.table()?.entries() {
+                self.scene.places.note(Place::Param(id, name.to_string()), value.at());
+            }
+        }
+        if let Some(names) = table.get("interactive") {
+            self.scene.places.note(Place::Interactive(id), names.at());
+        }
+        Ok(id)
+    }
+
     fn material(&self, value: &Value<'_>) -> Result<MaterialId, Error> {
         let name = value.string()?;
         self.materials.get(name).copied().ok_or_else(|| Error::UnknownName {
@@ -198,7 +222,15 @@ impl Builder {
             geometry::tidy(mesh, &path)?;
             mesh.name = name.string()?.to_string();
             mesh.attributes = material::attributes(table)?;
-            placed.push((self.scene.add_mesh(std::mem::take(mesh)), *material));
+            let id = self.scene.add_mesh(std::mem::take(mesh));
+            self.scene.places.note(Place::Mesh(id), table.at());
+            // Materials of a mesh's own file stand where the mesh does.
+            if let Some(material) = material
+                && self.scene.places.get(&Place::Material(*material)).is_none()
+            {
+                self.scene.places.note(Place::Material(*material), table.at());
+            }
+            placed.push((id, *material));
         }
         let map = transform::read(table)?;
         if table.get("place").map_or(Ok(true), |value| value.boolean())? {

@@ -10,6 +10,7 @@ mod geometry;
 mod material;
 mod mtl;
 mod obj;
+mod places;
 mod ply;
 pub mod shapes;
 mod shipped;
@@ -21,6 +22,7 @@ pub use error::{Error, Location, MeshFile};
 pub use file::{load, parse};
 /// The vectors and maps that scenes are made of.
 pub use glam::{DAffine3, DVec3, Vec2, Vec3};
+pub use places::{Place, Places};
 pub use shipped::{names, shipped};
 
 use std::path::PathBuf;
@@ -52,6 +54,8 @@ pub struct Scene {
     pub shaders: Vec<PathBuf>,
     /// What `getattribute` finds anywhere, also as those of the object `global`.
     pub attributes: Attributes,
+    /// Where its parts stand in its file.
+    pub places: Places,
 }
 
 /// Named values for `getattribute`.

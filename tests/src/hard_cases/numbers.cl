@@ -1,5 +1,6 @@
 // Sums and random numbers, one kernel per question.
-#include "stages/accumulate.h"
+#include "compensated.h"
+#include "context.h"
 #include "random.h"
 
 // Adds `count` samples to compensated sums, and to a plain one: their values are those of random4.x scaled to 0..high, with a bright
@@ -7,17 +8,21 @@
 __kernel void add_samples(uint count, uint seed, __global real *out, __global ulong *exact)
 {
     const uint i = (uint)get_global_id(0);
-    __global real *sum = out + 3 * i;
-    sum[0] = sum[1] = sum[2] = 0;
+    real4 sum = (real4)(0), lost = (real4)(0);
+    real plain = 0;
     ulong all = 0;
     for (uint k = 0; k < count; k++) {
         // 12 bits: exact in both precisions.
         uint bits = random_bits(i, k, 0, seed).x >> 20;
         if (bits % 1024 == 0) bits *= 1000;
         all += bits;
-        add_compensated(sum, sum + 1, (real)bits * (real)(1.0 / 4096));
-        sum[2] += (real)bits * (real)(1.0 / 4096);
+        const real sample = (real)bits * (real)(1.0 / 4096);
+        add_compensated(&sum, &lost, (real4)(sample));
+        plain += sample;
     }
+    out[3 * i] = sum.y;
+    out[3 * i + 1] = lost.y;
+    out[3 * i + 2] = plain;
     exact[i] = all;
 }
 

@@ -1,4 +1,4 @@
-//! Sums and random numbers on the device, without scenes: kernels/stages/accumulate.h, kernels/context.h and kernels/random.h.
+//! Sums and random numbers on the device, without scenes: kernels/compensated.h, kernels/context.h and kernels/random.h.
 //!
 //! In: how many. Out: errors and ranges.
 

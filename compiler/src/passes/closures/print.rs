@@ -9,6 +9,7 @@ use crate::builtins::{self, ClosureId, FuncId, sig};
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Block, Const, Inst, SlotArg, Stmt, Ty, ValueId};
 use crate::messages::code;
+use crate::passes::printed::text_of;
 use crate::source::Span;
 
 /// Closures whose label is part of the text even when the call has none: testshade registers them so.
@@ -72,21 +73,17 @@ impl Pass<'_> {
         (text, kept)
     }
 
-    /// The parts of a string that a call of `format` makes.
+    /// The parts of a string that is made on the way.
     fn formatted(&self, value: ValueId) -> Option<(String, Vec<ValueId>)> {
-        let Inst::Call(func, args) = &self.shader.values[value.0 as usize].inst else { return None };
-        let Some(Const::Str(text)) = self.constant(args.first()).filter(|_| builtins::row(*func).name == "format")
-        else {
-            return None;
-        };
-        let values: Option<Vec<ValueId>> = args[1..]
+        let (text, args) = text_of(self.shader, &Arg::Value(value), 0)?;
+        let values: Option<Vec<ValueId>> = args
             .iter()
             .map(|a| match a {
                 Arg::Value(v) => Some(*v),
                 Arg::Array(_) => None,
             })
             .collect();
-        Some((text.clone(), values?))
+        Some((text, values?))
     }
 
     /// Replaces the call.
@@ -260,7 +257,7 @@ fn written(name: &str, formals: &str, count: usize) -> Vec<Written> {
 }
 
 /// A format's conversions and what stands between them.
-fn parts(format: &str) -> Vec<&str> {
+pub(in crate::passes) fn parts(format: &str) -> Vec<&str> {
     let mut out = Vec::new();
     let mut rest = format;
     while !rest.is_empty() {

@@ -28,10 +28,11 @@ use std::collections::HashMap;
 
 /// Replaces all uses of derivatives; whether there were any.
 pub fn derivatives(shader: &mut Shader) -> bool {
-    let reach = Reach::of(shader);
-    if !reach.used {
+    let mut reach = Reach::of(shader);
+    if reach.uses.is_empty() {
         return false;
     }
+    shader.derivative_uses = std::mem::take(&mut reach.uses);
     let mut r = Rewriter {
         old: std::mem::take(&mut shader.values),
         map: HashMap::new(),

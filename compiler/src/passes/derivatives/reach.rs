@@ -9,6 +9,7 @@ use crate::builtins::{
     derivative::{self, Derivative},
 };
 use crate::ir::{Arg, BinaryOp, Global, Inst, LocalId, LocalKind, Shader, Stmt, Ty, UnaryOp, ValueId};
+use crate::source::Span;
 
 /// The globals that have derivatives, as in the reference's ShaderGlobals, and theirs by x and y.
 pub(super) const SOURCES: [(Global, [Global; 2]); 5] = [
@@ -26,8 +27,8 @@ pub(super) struct Reach {
     pub values: Vec<bool>,
     /// By local.
     pub locals: Vec<bool>,
-    /// Whether derivatives are used at all, be they zero.
-    pub used: bool,
+    /// The calls that use derivatives, be they zero.
+    pub uses: Vec<Span>,
 }
 
 /// A value or a local.
@@ -45,7 +46,7 @@ struct Graph<'a> {
     backward: Vec<Vec<u32>>,
     /// What uses take derivatives of.
     roots: Vec<u32>,
-    used: bool,
+    uses: Vec<Span>,
 }
 
 impl Reach {
@@ -57,12 +58,12 @@ impl Reach {
             forward: vec![Vec::new(); nodes],
             backward: vec![Vec::new(); nodes],
             roots: Vec::new(),
-            used: false,
+            uses: Vec::new(),
         };
         for block in shader.blocks() {
             block.walk(&mut |s| graph.stmt(s));
         }
-        if !graph.used {
+        if graph.uses.is_empty() {
             return Reach::default();
         }
         let is_source = |l: &crate::ir::Local| SOURCES.iter().any(|(g, _)| l.kind == LocalKind::Global(*g));
@@ -72,7 +73,7 @@ impl Reach {
         let needed = flood(&graph.backward, std::mem::take(&mut graph.roots));
         let mut values: Vec<bool> = active.iter().zip(&needed).map(|(a, b)| *a && *b).collect();
         let locals = values.split_off(shader.values.len());
-        Reach { values, locals, used: true }
+        Reach { values, locals, uses: graph.uses }
     }
 }
 
@@ -109,9 +110,9 @@ impl Graph<'_> {
     }
 
     /// Notes the arguments whose derivatives the call reads.
-    fn call(&mut self, func: builtins::FuncId, args: &[Arg]) {
+    fn call(&mut self, func: builtins::FuncId, args: &[Arg], span: Span) {
         if derivative::is_operator(builtins::row(func).name) {
-            self.used = true;
+            self.uses.push(span);
             args.iter().take(1).for_each(|a| self.root(a));
         }
     }
@@ -123,13 +124,13 @@ impl Graph<'_> {
                 let inst = &shader.values[v.0 as usize].inst;
                 contributors(inst, &mut |n| self.edge(n, Node::Value(*v)));
                 if let Inst::Call(func, args) = inst {
-                    self.call(*func, args);
+                    self.call(*func, args, shader.values[v.0 as usize].span);
                 }
             }
             Stmt::Store(l, v) | Stmt::StoreElem(l, _, v) => self.edge(Node::Value(*v), Node::Local(*l)),
             Stmt::CopyArray(to, from) => self.edge(Node::Local(*from), Node::Local(*to)),
-            Stmt::Call { func, args, outputs, .. } => {
-                self.call(*func, args);
+            Stmt::Call { func, args, outputs, span, .. } => {
+                self.call(*func, args, *span);
                 if derivative::of(builtins::row(*func).name) == Some(Derivative::Rule) {
                     for output in outputs {
                         args.iter().for_each(|a| self.edge(node(a), Node::Local(*output)));

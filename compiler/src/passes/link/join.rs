@@ -34,6 +34,7 @@ impl Joined {
             body: Block::default(),
             slots: Vec::new(),
             inputs: Vec::new(),
+            derivative_uses: Vec::new(),
         };
         Joined { shader, globals: Vec::new(), first_param: Vec::new() }
     }

@@ -18,7 +18,7 @@ const TABLE: &[Spec] = &[
     spec(&["help", "h"], Takes::Nothing, "Print this help"),
     spec(&["version"], Takes::Nothing, "Print the version"),
     spec(&["o"], Takes::Joined, "FILE: the output file [default: SHADERNAME.oso]"),
-    spec(&["v"], Takes::Nothing, "Verbose mode"),
+    spec(&["v"], Takes::Nothing, "Verbose mode: also warnings that only this compiler has"),
     spec(&["q"], Takes::Nothing, "Quiet mode: do not say what was compiled"),
     spec(&["I"], Takes::Joined, "DIR: look here for #include files"),
     spec(&["D"], Takes::Joined, "NAME[=VALUE]: define a preprocessor symbol"),
@@ -38,6 +38,10 @@ const TABLE: &[Spec] = &[
     spec(&["MT"], Takes::Joined, "TARGET: what depends on the headers"),
 ];
 
+/// Warnings without a counterpart in the reference's compiler. Scripts that read its output, and builds with `-Werror`, must not
+/// meet them; `oslcl check` and `-v` say them.
+const OURS: &[&str] = &["W0002", "W2002", "W2008", "W2009", "W2011"];
+
 /// Where a list of headers goes.
 enum Dependencies {
     No,
@@ -53,6 +57,7 @@ struct Job {
     output: Option<PathBuf>,
     oso: OsoOptions,
     warnings_are_errors: bool,
+    verbose: bool,
     quiet: bool,
     preprocess_only: bool,
     dependencies: Dependencies,
@@ -105,6 +110,7 @@ fn job(items: &[Item], args: &[String]) -> Job {
         output: None,
         oso: OsoOptions { command_line: String::new(), embed_source: has("embed-source") },
         warnings_are_errors: has("Werror"),
+        verbose: has("v"),
         quiet: ["q", "E", "M", "MM"].into_iter().any(has),
         preprocess_only: has("E"),
         dependencies: match () {
@@ -160,9 +166,11 @@ fn one(path: &Path, job: &Job) -> Result<(), Error> {
             return Err(failed(&failure, &folders));
         }
     };
-    say(&oso.sources, &oso.warnings, job.warnings_are_errors);
+    let warnings: Vec<Diagnostic> =
+        oso.warnings.iter().filter(|d| job.verbose || !OURS.contains(&d.code)).cloned().collect();
+    say(&oso.sources, &warnings, job.warnings_are_errors);
     dependencies(path, &oso.sources, job)?;
-    if job.warnings_are_errors && !oso.warnings.is_empty() {
+    if job.warnings_are_errors && !warnings.is_empty() {
         return Err(Error::Reported);
     }
     let to = job.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.oso", oso.name)));

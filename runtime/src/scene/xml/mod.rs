@@ -8,7 +8,9 @@ mod node;
 
 use super::error::{Error, Location, MeshFile};
 use super::value::Text;
-use super::{Camera, Conventions, Film, Filter, Integrator, Material, MaterialId, Mesh, Scene, geometry, obj, shapes};
+use super::{
+    Camera, Conventions, Film, Filter, Integrator, Material, MaterialId, Mesh, Place, Scene, geometry, obj, shapes,
+};
 use glam::{DAffine3, DVec3};
 use node::Element;
 use std::collections::HashMap;
@@ -75,6 +77,7 @@ pub fn parse(source: &str, path: &Path, film: Film, integrator: Integrator) -> R
         tabulated_environment: true,
         unknown_params_warn: true,
     };
+    builder.scene.places.note(Place::Setting("conventions"), root.at());
     for element in root.children() {
         builder.element(&element)?;
     }
@@ -129,6 +132,7 @@ impl Builder<'_> {
                 self.scene.conventions.tabulated_environment = resolution > 0;
                 self.environment_columns = resolution.clamp(32, 8192).next_power_of_two();
                 self.scene.environment = Some(self.latest(element)?);
+                self.scene.places.note(Place::Environment, element.at());
             }
             name => self.warnings.push(element.unknown_element(name, &KNOWN)),
         }
@@ -161,7 +165,10 @@ impl Builder<'_> {
             let integrator = &mut self.scene.integrator;
             match value.key {
                 "max_bounces" => integrator.max_depth = number + 1,
-                "rr_depth" => integrator.roulette_from = Some(number + 1),
+                "rr_depth" => {
+                    integrator.roulette_from = Some(number + 1);
+                    self.scene.places.note(Place::Setting("integrator.roulette"), value.at());
+                }
                 _ => integrator.samples = number.max(1) * number.max(1),
             }
         }
@@ -186,11 +193,13 @@ impl Builder<'_> {
             // The same name again: another part of the same material.
             (Some(id), "displacement") => {
                 let displacement = self.scene.add_material(material);
+                self.scene.places.note(Place::Displacement(id), element.at());
                 self.scene.materials[id.0 as usize].displacement = Some(displacement);
             }
             (Some(id), "surface") => {
                 let Material { displacement, sampled_light, .. } = self.scene.materials[id.0 as usize];
                 self.scene.materials[id.0 as usize] = Material { displacement, sampled_light, ..material };
+                self.scene.places.note(Place::Material(id), element.at());
             }
             (Some(_), kind) => {
                 let cause = format!("a group of type \"{kind}\" cannot be added to the material `{label}`");
@@ -198,6 +207,7 @@ impl Builder<'_> {
             }
             (None, _) => {
                 let id = self.scene.add_material(material);
+                self.scene.places.note(Place::Material(id), element.at());
                 self.latest = Some(id);
                 if let Some(name) = name {
                     self.named.insert(name.to_owned(), id);
@@ -226,6 +236,7 @@ impl Builder<'_> {
         }
         geometry::check(&mesh, &at.file)?;
         let mesh = self.scene.add_mesh(mesh);
+        self.scene.places.note(Place::Mesh(mesh), at);
         self.scene.place(mesh, DAffine3::IDENTITY, material);
         Ok(())
     }

@@ -8,9 +8,11 @@ mod build;
 mod said;
 mod supplies;
 
+use super::super::shade::host_error;
 use super::super::{Error, report, sources, terminal};
 use args::Args;
 use build::{Built, Shaders};
+use oslcl_compiler::attributes::RAY_TYPES;
 use oslcl_compiler::{Artifact, Group, Options};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
@@ -21,6 +23,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Runs the tool.
 pub fn run(words: &[String]) -> Result<ExitCode, Error> {
@@ -117,8 +120,17 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
         interactive: true,
         userdata_is_connected: args.userdata_isconnected,
         lazy: supplies::lazy(args),
+        ray_types: args.raytype_known.then(|| raytype(args)),
         ..Options::default()
     };
+    let mut times = Times { start: Instant::now(), list: Vec::new() };
+    if args.host {
+        let asked: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
+        let shaded = shade::run_group_on_host(&built.group, &options, &asked, grid).map_err(host_error)?;
+        times.add("Run on the host");
+        deliver(args, shaded, outputs)?;
+        return times.show(args);
+    }
     let output = match built.group.instance(&options) {
         Ok(output) => output,
         Err(failure) => {
@@ -126,9 +138,12 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
             let asked: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
             let run = || shade::run_group_on_host(&built.group, &options, &asked, grid);
             let Some(Ok(shaded)) = shade::needs_host(&failure).then(run) else { return Err(report::report(&failure)) };
-            return deliver(args, shaded, outputs);
+            times.add("Run on the host");
+            deliver(args, shaded, outputs)?;
+            return times.show(args);
         }
     };
+    times.add("Compile");
     if args.verbose {
         report::show(&output.sources, &output.warnings);
     }
@@ -143,13 +158,41 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
         return Ok(());
     }
     let device = Device::open(args.device.as_deref())?;
+    times.add("Open the device");
     for iteration in 0..args.iterations {
         if iteration == 1 {
             supplies.interactive.extend(supplies::later(built));
         }
         once(args, &output.artifact, outputs, &device, &library, &supplies)?;
+        times.add("Build, run, deliver");
     }
-    Ok(())
+    times.show(args)
+}
+
+/// What took how long, for `--runstats`.
+struct Times {
+    start: Instant,
+    list: Vec<(&'static str, f64)>,
+}
+
+impl Times {
+    /// What was done since the last call; the same again is added to it.
+    fn add(&mut self, what: &'static str) {
+        let seconds = self.start.elapsed().as_secs_f64();
+        self.start = Instant::now();
+        match self.list.last_mut().filter(|(last, _)| *last == what) {
+            Some((_, sum)) => *sum += seconds,
+            None => self.list.push((what, seconds)),
+        }
+    }
+
+    fn show(&self, args: &Args) -> Result<(), Error> {
+        if !args.statistics {
+            return Ok(());
+        }
+        let lines: Vec<String> = self.list.iter().map(|(what, s)| format!("{what:<20} {s:.3} s\n")).collect();
+        terminal::print(&format!("\n{}", lines.concat()))
+    }
 }
 
 /// Runs a compiled group, prints and writes.
@@ -186,9 +229,10 @@ fn deliver(args: &Args, shaded: Shaded, outputs: &[(String, String)]) -> Result<
     Ok(())
 }
 
-/// Ray types by name, with their bits in `ShaderGlobals.raytype` (kernels/globals.h).
-const RAY_TYPES: [(&str, u32); 6] =
-    [("camera", 1), ("shadow", 2), ("diffuse", 4), ("glossy", 8), ("reflection", 16), ("refraction", 32)];
+/// The rays' type, as a bit. As in the reference's tool, an unknown type is none.
+fn raytype(args: &Args) -> u32 {
+    RAY_TYPES.iter().find(|(name, _)| *name == args.raytype).map_or(0, |(_, bit)| *bit)
+}
 
 /// Where textures are and how they are read: `searchpath:texture` of `--options`, `searchpath` and `automip` of `--texoptions`.
 fn textures(args: &Args) -> textures::Settings {
@@ -208,8 +252,7 @@ fn grid(args: &Args) -> Grid {
         vary_vdxdy,
         scale_uv: args.scale.map(|x| x as f32),
         offset_uv: args.offset.map(|x| x as f32),
-        // As in the reference's tool, an unknown type is none.
-        raytype: RAY_TYPES.iter().find(|(name, _)| *name == args.raytype).map_or(0, |(_, bit)| *bit),
+        raytype: raytype(args),
         ..Grid::new(width, height)
     }
 }
