@@ -192,7 +192,8 @@ fn missing_and_damaged_files_are_empty_and_told() {
         assert!(told.contains(&format!("point cloud `{file}` of shader `s` counts as empty")), "{told}");
         assert!(told.contains(cause), "{told}");
     }
-    let source = "shader s(output int n = 0) { n = pointcloud_search(format(\"%g\", u), P, 10, 3); }";
+    let source = "shader s(output int n = 0) { int i[1] = {0}; string k[1];
+        pointcloud_get(\"cloud.geo\", i, 1, \"kind\", k); n = pointcloud_search(k[0], P, 10, 3); }";
     let case = Case::new(source);
     let refused = shade::compile(&case.master, &case.options, &case.outputs).expect_err("refused").to_string();
     assert!(refused.contains("not known at compile time"), "{refused}");
