@@ -29,7 +29,16 @@ pub enum Kind {
     Warning,
     /// `fprintf`: the name of the file.
     File(String),
+    /// `pointcloud_write`: the name of the file. The text is what the point has: fields behind [`FIELD`], each a name, a type
+    /// (`i f v s`, as in the names of kernel functions) and a value between [`PART`]s; the first is `position`.
+    Cloud(String),
 }
+
+/// Ends a field of what a point of a cloud has.
+pub const FIELD: char = '\u{1e}';
+
+/// Stands between the parts of such a field.
+pub const PART: char = '\u{1f}';
 
 /// One message.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,6 +62,8 @@ pub mod code {
     pub const WARNING: i32 = 2;
     /// `fprintf`, with the file's name.
     pub const FILE: i32 = 3;
+    /// `pointcloud_write`, with the file's name.
+    pub const CLOUD: i32 = 5;
     /// What the runtime itself finds wrong: an error without words in front.
     pub const RUNTIME: i32 = 4;
 }
@@ -178,6 +189,7 @@ pub fn said(args: &[Const]) -> Option<(Kind, String)> {
         code::ERROR | code::RUNTIME => Kind::Error,
         code::WARNING => Kind::Warning,
         code::FILE => Kind::File(name.clone()),
+        code::CLOUD => Kind::Cloud(name.clone()),
         _ => return None,
     };
     let Some(text) = text::format(pattern, values, Rules::Fmt) else {

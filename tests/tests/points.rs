@@ -4,6 +4,7 @@
 use glam::DAffine3;
 use oslcl_compiler::{Master, NoIncludes, Options};
 use oslcl_runtime::device::Device;
+use oslcl_runtime::points::{Data, read, write};
 use oslcl_runtime::precision::Precision::{self, Fast, Reference, Standard};
 use oslcl_runtime::render as renderer;
 use oslcl_runtime::scene::Scene;
@@ -191,7 +192,8 @@ fn missing_and_damaged_files_are_empty_and_told() {
         assert!(told.contains(&format!("point cloud `{file}` of shader `s` counts as empty")), "{told}");
         assert!(told.contains(cause), "{told}");
     }
-    let source = "shader s(output int n = 0) { n = pointcloud_search(format(\"%g\", u), P, 10, 3); }";
+    let source = "shader s(output int n = 0) { int i[1] = {0}; string k[1];
+        pointcloud_get(\"cloud.geo\", i, 1, \"kind\", k); n = pointcloud_search(k[0], P, 10, 3); }";
     let case = Case::new(source);
     let refused = shade::compile(&case.master, &case.options, &case.outputs).expect_err("refused").to_string();
     assert!(refused.contains("not known at compile time"), "{refused}");
@@ -241,4 +243,70 @@ fn renders_and_displacements_look_into_clouds() {
     )
     .unwrap_or_else(|e| panic!("{e}"));
     assert!(compiled.warnings.concat().contains("point cloud `no.geo`"), "{:?}", compiled.warnings);
+}
+
+/// Points in the order of the grid, whoever ran first; the host's are the same.
+#[test]
+fn what_shaders_write_is_read_back() {
+    let folder = folder();
+    let file = |name: &str| folder.join(name).to_string_lossy().replace('\\', "/");
+    let source = format!(
+        "shader s(output int ok = 0) {{
+            string half = u > 0.5 ? \"{}\" : \"{}\";
+            ok = pointcloud_write(half, P, \"uv\", color(u, v, 0.1), \"n\", int(16 * u), \"who\", v > 0.5 ? \"up here\" : \"down\")
+                + 2 * pointcloud_write(\"\", P);
+            if (v > 0.5) ok += 4 * pointcloud_write(\"{}\", P, \"u\", u, \"n\", 7);
+        }}",
+        file("right.geo"),
+        file("left.geo"),
+        file("top.pda"),
+    );
+    let case = Case::new(&source);
+    let on_host =
+        shade::run_on_host(&case.master, &case.options, &case.outputs, grid()).unwrap_or_else(|e| panic!("{e}"));
+    for precision in [Standard, Reference] {
+        let shaded = case.compare(precision);
+        assert!(shaded.planes[0].data.iter().all(|ok| *ok == 1.0 || *ok == 5.0));
+        for name in ["left.geo", "right.geo", "top.pda"] {
+            let _ = std::fs::remove_file(folder.join(name));
+        }
+        write(&shaded.messages).unwrap_or_else(|e| panic!("{e}"));
+        let clouds =
+            ["left.geo", "right.geo", "top.pda"].map(|name| read(&folder.join(name)).unwrap_or_else(|e| panic!("{e}")));
+        let half = (SIDE * SIDE / 2) as usize;
+        assert_eq!(clouds.each_ref().map(|c| c.positions.len()), [half; 3]);
+        let [left, _, top] = clouds;
+        for (k, p) in left.positions.iter().enumerate() {
+            let at = grid().globals(k as u32 % (SIDE / 2), k as u32 / (SIDE / 2));
+            assert_eq!(p.map(f64::from), at.p, "point {k}");
+        }
+        let of = |name: &str| &left.attributes.iter().find(|a| a.name == name).expect("an attribute").data;
+        let Data::Triples(uv) = of("uv") else { panic!("{:?}", of("uv")) };
+        assert_eq!(uv[0], [left.positions[0][0], left.positions[0][1], 0.1]);
+        let Data::Texts(who) = of("who") else { panic!("{:?}", of("who")) };
+        assert_eq!((who[0].as_str(), who[half - 1].as_str()), ("down", "up here"));
+        let Data::Ints(1, n) = of("n") else { panic!("{:?}", of("n")) };
+        assert_eq!(n[..3], [0, 1, 2]);
+        assert_eq!(top.attributes.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["u", "n"]);
+    }
+    write(&on_host.messages).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(read(&folder.join("right.geo")).map(|c| c.positions.len()), Ok((SIDE * SIDE / 2) as usize));
+    let source = format!("shader s() {{ pointcloud_write(\"{}\", P); }}", file("x.bgeo"));
+    let refused = write(&Case::new(&source).device(Standard).messages).expect_err("refused").to_string();
+    assert!(refused.contains("only .geo and .pda files are written"), "{refused}");
+}
+
+#[test]
+fn renders_write_no_clouds_and_say_so() {
+    let file = folder().join("render.geo");
+    let source = format!(
+        "surface s() {{ Ci = (1 + pointcloud_write(\"{}\", P)) * emission(); }}",
+        file.to_string_lossy().replace('\\', "/")
+    );
+    let scene = wall_of(&source);
+    let (_, compiled) = renderer::plan(&scene, &Standard.into()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(compiled.warnings.concat().contains("W3003"), "{:?}", compiled.warnings);
+    let (picture, summary) = render(&scene, Standard);
+    assert!(picture.pixels.iter().all(|p| *p == [1.0; 3]));
+    assert!(summary.messages.told.is_empty() && !file.exists());
 }

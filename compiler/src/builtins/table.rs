@@ -267,7 +267,7 @@ pub static TABLE: &[Row] = &[
         ],
         InternalState,
     ),
-    // By the file's name. Nobody does it yet.
+    // Whether somebody writes to the point cloud of this name. The pass `clouds` knows.
     row("cloud_write", &["int(string)"], InternalHost),
     // Renderer state.
     row("getattribute", &["int(string,...)"], Special),

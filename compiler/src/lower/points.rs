@@ -8,7 +8,8 @@ use super::special::arg_values;
 use crate::builtins;
 use crate::check::typed::{Expr, ExprKind};
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
+use crate::ir::{Arg, Block, Const, Inst, LocalId, LocalKind, Stmt, Ty, ValueId};
+use crate::messages::{FIELD, PART, code};
 use crate::source::Span;
 use crate::types::{Base, Extent, Type};
 
@@ -138,12 +139,53 @@ impl Lower<'_> {
         Some(found)
     }
 
-    /// `pointcloud_write`: nothing writes point clouds (`passes::review` says so).
-    pub(super) fn pointcloud_write(&mut self, args: &[Expr], span: Span) -> ValueId {
-        for arg in args[1..].iter().filter(|a| is_single(a.ty)) {
-            self.effect(arg);
+    /// `pointcloud_write(file, place, name, value, ...)`: a message to the host, where somebody listens (`passes::clouds`).
+    pub(super) fn pointcloud_write(&mut self, args: &[Expr], span: Span) -> Option<ValueId> {
+        let (file, position) = (self.expr(&args[0]), self.expr(&args[1]));
+        let position = self.convert_value(position, Ty::Triple, args[1].span);
+        let name = self.constant(Const::Str("position".to_owned()), args[1].span);
+        let mut format = field('v');
+        let mut values = vec![name, position];
+        for pair in args[2..].chunks(2) {
+            let [name, value] = pair else {
+                let message = "`pointcloud_write` takes pairs of an attribute's name and a value";
+                self.error(Diagnostic::error("E2016", span, message));
+                return None;
+            };
+            let base = value.ty.base;
+            let fits = matches!(base, Base::Int | Base::Float | Base::String) || base.is_triple();
+            if name.ty != Type::STRING || !fits || !is_single(value.ty) {
+                let message = "`pointcloud_write` takes names and ints, floats, triples or strings";
+                self.error(Diagnostic::error("E2016", value.span, message));
+                return None;
+            }
+            values.extend([self.expr(name), self.expr(value)]);
+            format.push_str(&field(super::ir_type(base).code()));
         }
-        let file = self.expr(&args[0]);
-        self.call_cloud("cloud_write", arg_values(&[file]), Vec::new(), span)
+        let written = self.call_cloud("cloud_write", arg_values(&[file]), Vec::new(), span);
+        let then = self.branch(span, |l| {
+            let code = l.int(code::CLOUD, span);
+            let format = l.constant(Const::Str(format), span);
+            let mut list = vec![code, file, format];
+            list.extend(values);
+            if let Some(func) = builtins::find("print") {
+                let args = arg_values(&list);
+                l.push(Stmt::Call { func, args, outputs: Vec::new(), result: None, span });
+            }
+        });
+        self.push(Stmt::If(written, then, Block::default()));
+        self.guard_rest();
+        Some(written)
     }
+}
+
+/// How a point's attribute of this type is said.
+fn field(ty: char) -> String {
+    let number = match ty {
+        'i' => "%d",
+        's' => "%s",
+        // All digits of a float.
+        _ => "%.9g",
+    };
+    format!("%s{PART}{ty}{PART}{number}{FIELD}")
 }

@@ -126,7 +126,7 @@ impl Lower<'_> {
             "trace" => self.trace(args, e),
             "pointcloud_search" => self.pointcloud_search(args, span)?,
             "pointcloud_get" => self.pointcloud_get(args, span)?,
-            "pointcloud_write" => self.pointcloud_write(args, span),
+            "pointcloud_write" => self.pointcloud_write(args, span)?,
             // `exit` as a statement is handled there.
             other => {
                 self.error(Diagnostic::not_yet("E3001", span, format!("`{other}` here")));

@@ -9,6 +9,7 @@
 
 mod cases;
 mod closures;
+mod clouds;
 mod controls;
 mod counters;
 mod dead;
@@ -29,6 +30,7 @@ mod unroll;
 mod zeros;
 
 pub use closures::closures;
+pub use clouds::clouds;
 pub(crate) use controls::Controls;
 pub use derivatives::derivatives;
 pub use fold::fold;
@@ -36,7 +38,7 @@ pub use prune::prune;
 pub use specialise::specialise;
 pub(crate) use specialise::{fitted, length_of};
 pub(crate) use textures::is_lookup;
-pub use textures::{TextureUse, clouds, textures};
+pub use textures::{TextureUse, textures};
 pub use traces::{Traces, traces};
 
 use crate::attributes::Attributes;
@@ -138,6 +140,8 @@ pub fn optimise_with(
     check(shader, "dictionary");
     let mut said = traces::answer(shader, settings.rays)?;
     check(shader, "traces");
+    said.extend(clouds::answer(shader, settings.rays));
+    check(shader, "clouds");
     dialogue::dialogue(shader, settings.sources)?;
     check(shader, "dialogue");
     closures(shader)?;
@@ -187,7 +191,7 @@ pub fn optimise_with(
     textures::textures(shader)?;
     traces::traces(shader)?;
     if settings.target == Target::Device {
-        textures::clouds(shader)?;
+        clouds::clouds(shader)?;
     }
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     said.extend(warnings);

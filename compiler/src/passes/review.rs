@@ -38,7 +38,6 @@ pub(super) fn refuse_calls(shader: &mut Shader, settings: &Settings<'_>) -> Resu
             if is_missing(func) {
                 let effect = match name {
                     "random" | "transformu" => "gives 0",
-                    "pointcloud_write" => "writes nothing and gives 0",
                     _ => "does nothing",
                 };
                 add(&mut warnings, Diagnostic::warning("W3003", span, format!("`{name}` {effect}")));
@@ -148,15 +147,13 @@ fn public_name(name: &str) -> &str {
         "message_set" => "setmessage",
         "dict_get" => "dict_value",
         "trace_call" => "trace",
-        "cloud_write" => "pointcloud_write",
         "hash_string" => "hash",
         name => name,
     }
 }
 
 fn is_missing(func: builtins::FuncId) -> bool {
-    let row = builtins::row(func);
-    row.lowering == Lowering::NotYet || row.name == "cloud_write"
+    builtins::row(func).lowering == Lowering::NotYet
 }
 
 fn is_host(func: builtins::FuncId) -> bool {

@@ -7,11 +7,11 @@
 use super::strings::Strings;
 use crate::builtins;
 use crate::diag::Diagnostic;
-use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Rewriter, Shader, Stmt, Ty, Value, ValueId};
+use crate::ir::{Arg, BinaryOp, Block, Const, Inst, LocalId, Rewriter, Shader, Stmt, Ty, ValueId};
 use crate::messages;
 use crate::source::Span;
 use crate::textures::{Info, InfoType, Kind, TextureAccess, Textures};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Most answers that one call may choose among.
 const MAX_ANSWERS: usize = 4096;
@@ -68,40 +68,6 @@ fn mode_place(func: builtins::FuncId) -> Option<usize> {
         name if name.starts_with("texture3d") => Some(2),
         _ => Some(7),
     }
-}
-
-/// The point clouds that a shader can ask for, by name, sorted. A name that is not one of a known set is an error.
-pub fn clouds(shader: &Shader) -> Result<Vec<String>, Vec<Diagnostic>> {
-    let mut calls = Vec::new();
-    let asks =
-        |func: builtins::FuncId| matches!(builtins::row(func).name, "cloud_count" | "cloud_search" | "cloud_get");
-    for block in shader.blocks() {
-        block.walk(&mut |s| {
-            let (args, span) = match s {
-                Stmt::Let(id) => match &shader.values[id.0 as usize] {
-                    Value { inst: Inst::Call(func, args), span, .. } if asks(*func) => (args, *span),
-                    _ => return,
-                },
-                Stmt::Call { func, args, span, .. } if asks(*func) => (args, *span),
-                _ => return,
-            };
-            if let Some(Arg::Value(file)) = args.first() {
-                calls.push((*file, span));
-            }
-        });
-    }
-    let strings = Strings::of(shader);
-    let mut names = BTreeSet::new();
-    for (file, span) in calls {
-        match strings.trace(shader, vec![file], Vec::new()) {
-            Some(files) => names.extend(files),
-            None => {
-                let d = Diagnostic::not_yet("E3003", span, "a point cloud whose name is not known at compile time");
-                return Err(vec![d.help("choose among constants, by parameters or conditions")]);
-            }
-        }
-    }
-    Ok(names.into_iter().filter(|n| !n.is_empty()).collect())
 }
 
 /// The texture files that a shader can ask for, by name. A name that is not one of a known set is an error.

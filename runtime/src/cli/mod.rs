@@ -47,6 +47,9 @@ pub enum Error {
     /// A shader can't be run over a grid.
     #[error(transparent)]
     Shade(#[from] oslcl_runtime::shade::Error),
+    /// A point cloud can't be written.
+    #[error(transparent)]
+    Points(#[from] oslcl_runtime::points::WriteError),
     /// A package can't be used.
     #[error(transparent)]
     Package(#[from] oslcl_runtime::package::Error),

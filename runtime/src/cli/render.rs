@@ -162,7 +162,7 @@ pub fn told(messages: &Messages) -> String {
             Kind::Print => String::new(),
             Kind::Error => "ERROR: ".to_owned(),
             Kind::Warning => "WARNING: ".to_owned(),
-            Kind::File(name) => format!("{name}: "),
+            Kind::File(name) | Kind::Cloud(name) => format!("{name}: "),
         };
         let times = if told.count == 1 { String::new() } else { format!(" ({} times)", told.count) };
         let _ = writeln!(out, "material `{}`: {kind}{}{times}", told.material, told.text.trim_end());

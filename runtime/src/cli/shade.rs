@@ -7,6 +7,7 @@ use oslcl_compiler::Options;
 use oslcl_runtime::files;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
 use oslcl_runtime::package::Shader;
+use oslcl_runtime::points;
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::roads::Road;
 use oslcl_runtime::shade::{self, Grid, HostError, Kind, Message, Plane, Shaded, Supplies};
@@ -141,6 +142,7 @@ fn deliver(shaded: &Shaded, wanted: Vec<(String, PathBuf)>, precision: Precision
         terminal::say(&format!("warning: {warning}\n"));
     }
     terminal::print_with(|out| say(out, &shaded.messages))?;
+    points::write(&shaded.messages)?;
     let planes = &shaded.planes;
     if wanted.is_empty() {
         return terminal::print_with(|out| print(out, planes, precision));
@@ -180,6 +182,7 @@ fn say(out: &mut dyn Write, messages: &[Message]) -> io::Result<()> {
             Kind::Error => writeln!(out, "ERROR: {}", message.text)?,
             Kind::Warning => writeln!(out, "WARNING: {}", message.text)?,
             Kind::File(name) => write!(out, "{name}:{}", message.text)?,
+            Kind::Cloud(_) => {}
         }
     }
     Ok(())

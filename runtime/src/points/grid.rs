@@ -81,7 +81,7 @@ impl Grid {
     /// The points within a radius, at most so many, the closest ones: index and distance, by distance, then by index.
     pub fn nearest(&self, positions: &[[f32; 3]], center: [f64; 3], radius: f64, most: usize) -> Vec<(i32, f64)> {
         let mut found: Vec<(f64, u32)> = Vec::new();
-        if !(radius >= 0.0) || most == 0 || self.starts.is_empty() {
+        if radius.is_nan() || radius < 0.0 || most == 0 || self.starts.is_empty() {
             return Vec::new();
         }
         // A cell more on each side: rounding may put a point over the edge of its own.

@@ -6,10 +6,12 @@
 mod grid;
 mod pack;
 mod read;
+mod write;
 
 pub use grid::Grid;
 pub use pack::{Error, Packed, pack};
 pub use read::read;
+pub use write::{Error as WriteError, write};
 
 use oslcl_compiler::points::{PointClouds, Values};
 use std::collections::HashMap;

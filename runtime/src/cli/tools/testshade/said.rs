@@ -5,8 +5,8 @@
 
 use super::super::super::{Error, terminal};
 use super::args::Args;
-use oslcl_runtime::files;
 use oslcl_runtime::shade::{Kind, Message};
+use oslcl_runtime::{files, points};
 use std::collections::VecDeque;
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -32,9 +32,11 @@ pub fn say(args: &Args, messages: &[Message]) -> Result<(), Error> {
             }
             Kind::Error | Kind::Warning => {}
             Kind::File(name) => append(name, &message.text)?,
+            Kind::Cloud(_) => {}
         }
     }
-    terminal::print(&printed)
+    terminal::print(&printed)?;
+    Ok(points::write(messages)?)
 }
 
 /// Whether a text is none of the last ones; remembers it.
