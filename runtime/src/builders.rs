@@ -3,7 +3,7 @@
 //! In: texts, options, modules. Out: their binaries, in the cache of the device, from where whoever asked loads them. A process
 //! that dies or refuses costs time and no more: its programs are built where they are wanted. It must not know plans or stages.
 //!
-//! A process reads a [`Request`] a line from its standard input and answers each with a line: [`DONE`], or why not. It ends when
+//! A process reads a [`Request`] a line from its standard input and answers each with a line: `done`, or why not. It ends when
 //! its input does, so that none stays behind.
 
 use crate::device::Device;

@@ -292,7 +292,7 @@ fn a_picture_that_exceeds_the_memory_is_refused_at_once() {
     at.write("s.toml", square("shader = \"matte\""));
     at.write("p.exr", "a good picture");
     let start = Instant::now();
-    // In 64 bits the film alone takes 48 GiB. Should a device have that much, the limit of 2^30 pixels is met instead.
+    // In 64 bits the film alone takes 64 GiB. Should a device have that much, the limit of 2^30 pixels is met instead.
     let memory = oslcl_runtime::device::list().expect("a device").iter().map(|d| d.memory).max().unwrap_or(0);
     let size = if memory < 40 << 30 { "32768x32768" } else { "32769x32769" };
     let run = at.oslcl(&["render", "s.toml", "-o", "p.exr", "--size", size, "--precision", "reference"]);
@@ -302,10 +302,10 @@ fn a_picture_that_exceeds_the_memory_is_refused_at_once() {
             fails(
                 &run,
                 1,
-                &["is out of memory: buffer `film` needs 48.00 GiB", "help: use fewer triangles or a smaller picture"],
+                &["is out of memory: buffer `film` needs 64.00 GiB", "help: use fewer triangles or a smaller picture"],
             );
         } else {
-            fails(&run, 1, &["takes no buffer of", "`film` would have 48.00 GiB"]);
+            fails(&run, 1, &["takes no buffer of", "`film` would have 64.00 GiB"]);
         }
     } else {
         fails(&run, 1, &["s.toml: a picture of 32769 x 32769 pixels is too large"]);

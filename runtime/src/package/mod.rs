@@ -2,7 +2,7 @@
 //! docs/adr/0020-packages.md says what is decided when.
 //!
 //! In: OSL sources or groups and what to leave open ([`make`]), or a file ([`Package::read`]). Out: the file's bytes, or artifacts for a
-//! scene's materials ([`take`]). It must not know devices.
+//! scene's materials (`take`). It must not know devices.
 
 mod error;
 mod facts;
