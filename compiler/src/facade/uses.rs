@@ -10,7 +10,7 @@ use crate::artifact::{Control, Use};
 use crate::ir::{Const, Shader};
 use crate::passes::{self, Controls, Target};
 use crate::source::{SourceMap, Span};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Values of the shader times values to try: beyond, none is tried.
 const MAX_EFFORT: usize = 4_000_000;
@@ -20,12 +20,13 @@ impl Parts<'_> {
     pub(super) fn uses(&self, shader: &Shader, files: &Files, options: &Options, outputs: &[String]) -> Vec<Use> {
         let found = of(shader);
         let mut out: Vec<Use> = Vec::new();
+        let mut known: HashMap<(String, String, u32), usize> = HashMap::new();
         let controls = if options.explain { self.controls(&found, files, options, outputs) } else { Vec::new() };
         for (i, (what, span)) in found.into_iter().enumerate() {
             let (file, line) = place(&files.sources, span);
             let mine = controls.get(i).cloned().unwrap_or_default();
             // Several calls of a line count as one.
-            match out.iter_mut().find(|u| u.what == what && u.file == file && u.line == line) {
+            match known.get(&(what.clone(), file.clone(), line)).and_then(|i| out.get_mut(*i)) {
                 Some(known) => {
                     // What takes one of them away leaves the others.
                     for control in &mut known.controls {
@@ -41,7 +42,10 @@ impl Parts<'_> {
                         }
                     }
                 }
-                None => out.push(Use { what, file, line, controls: mine }),
+                None => {
+                    known.insert((what.clone(), file.clone(), line), out.len());
+                    out.push(Use { what, file, line, controls: mine });
+                }
             }
         }
         out
