@@ -466,17 +466,7 @@ fn forced_changes_nothing(effects: impl Iterator<Item = Effect>) {
         for buffer in buffers.iter().filter(|b| !forced.buffers.contains(b)) {
             wrong.push(format!("{}: forced, but buffer {buffer} is missing", effect.name()));
         }
-        // Only materials that read such inputs know of them.
-        let inputs = [
-            Effect::Userdata,
-            Effect::Attributes,
-            Effect::Interactive,
-            Effect::Traces,
-            Effect::TraceSets,
-            Effect::TraceNames,
-            Effect::PointClouds,
-        ];
-        if !is_defined(&forced.text, effect) && !inputs.contains(&effect) {
+        if !is_defined(&forced.text, effect) && !effect.is_of_materials() {
             wrong.push(format!("{}: forced, but its macro is missing", effect.name()));
         }
         if effect == Effect::DoublePrecision {

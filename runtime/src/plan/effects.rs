@@ -181,6 +181,11 @@ impl Effect {
         matches!(self, SharedCubes | TrustedNormals)
     }
 
+    /// Whether only programs of materials that ask for it know of it, by what their code says (`crate::preamble`).
+    pub fn is_of_materials(self) -> bool {
+        matches!(self, Userdata | Attributes | Interactive | Traces | TraceSets | TraceNames | PointClouds)
+    }
+
     /// All that can be forced or left out.
     pub fn choosable() -> impl Iterator<Item = Effect> {
         Effect::ALL.iter().copied().filter(|e| !e.is_convention())

@@ -127,17 +127,7 @@ impl Plan {
 
     /// The macros that every program has: `HAS_` and the name of each effect that is on.
     pub fn macros(&self) -> Vec<String> {
-        // Only programs of materials that have such inputs, or trace rays, know of them (crate::preamble).
-        let own = [
-            Effect::Userdata,
-            Effect::Attributes,
-            Effect::Interactive,
-            Effect::Traces,
-            Effect::TraceSets,
-            Effect::TraceNames,
-            Effect::PointClouds,
-        ];
-        let on = self.decisions.iter().filter(|d| d.is_on() && !own.contains(&d.effect));
+        let on = self.decisions.iter().filter(|d| d.is_on() && !d.effect.is_of_materials());
         let mut out: Vec<String> = on.map(|d| d.effect.macro_name()).collect();
         if self.has(Effect::VaryingLights) || self.has(Effect::EnvironmentSampling) {
             out.push("HAS_SHADED_LIGHTS".to_owned());
