@@ -103,6 +103,21 @@ static inline real3 transform_extent(__global const real *m, real3 p)
 }
 #endif
 
+// Moves a point along its triangle, so that it lies clear of the edges: rounded to beyond one, it would lie behind the next wall of
+// a corner, and a ray from there would leave a closed room. extent: the sizes of the terms of its sum; u, v: its weights of
+// corners 1 and 2. Within a needle, which holds no such point, it moves no further than MOST_CLEARANCE of the needle's length.
+#define MOST_CLEARANCE ((real)(1 / 256.0))
+static inline real3 clear_of_edges(real3 P, real3 e1, real3 e2, real3 extent, real u, real v)
+{
+    const real3 e3 = e2 - e1;
+    const real longest = sqrt(max(dot(e1, e1), max(dot(e2, e2), dot(e3, e3))));
+    const real height = length(cross(e1, e2)) / longest;
+    const real margin = fmin(8 * REAL_EPSILON * max_component(extent) / height, MOST_CLEARANCE);
+    const real3 w = fmax((real3)(1 - u - v, u, v), margin);
+    const real scale = 1 / (w.x + w.y + w.z);
+    return P + e1 * (w.y * scale - u) + e2 * (w.z * scale - v);
+}
+
 // I: unit, towards the point.
 static inline SurfacePoint surface_point(const Context *c, uint triangle, uint instance, real u, real v, real3 I,
                                          ShaderGlobals *sg)
@@ -141,9 +156,11 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
         e1 = transform_direction(to_world, e1);
         e2 = transform_direction(to_world, e2);
         // And of the point on its way to world space.
-        error = error / length(normal) + error_along(Ng, transform_extent(to_world, extent));
+        extent = transform_extent(to_world, extent);
+        error = error / length(normal) + error_along(Ng, extent);
     }
 #endif
+    s.P = clear_of_edges(s.P, e1, e2, extent, u, v);
     sg->backfacing = dot(I, Ng) > 0;
 #ifndef HAS_TRUSTED_NORMALS
     if (dot(N, Ng) < 0) N = -N;

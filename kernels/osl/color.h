@@ -57,7 +57,7 @@ static inline real3 osl_xyy_to_rgb_v_v(real3 c) {
 // ---- Hue (Foley, van Dam et al. 1990, ch. 13.3); hue, saturation and the rest in [0, 1] -------------------------------
 
 static inline real3 osl_hsv_to_rgb_v_v(real3 c) {
-    real h = 6 * (c.x - floor(c.x)), s = c.y, v = c.z;
+    real h = 6 * clamp(c.x - floor(c.x), (real)0, (real)1), s = c.y, v = c.z;
     real sector = floor(h), f = h - sector;
     real p = v * (1 - s), q = v * (1 - s * f), t = v * (1 - s * (1 - f));
     real3 rgb = sector == 0   ? (real3)(v, t, p)

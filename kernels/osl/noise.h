@@ -45,7 +45,8 @@ static inline NoiseCell noise_cell(real x) {
     NoiseCell cell;
     cell.lower = (uint)(int)f;
     cell.upper = cell.lower + 1u;
-    cell.fraction = x - f;
+    // Within the cell even where a compiler with relaxed rules subtracts f from x before it rounds x.
+    cell.fraction = clamp(x - f, (real)0, (real)1);
     return cell;
 }
 
