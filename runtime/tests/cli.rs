@@ -367,6 +367,19 @@ fn every_form_is_written() {
 }
 
 #[test]
+fn an_output_can_be_named() {
+    let at = folder("emit-named");
+    write(&at, "good.osl", GOOD);
+    write(&at, "other.osl", GOOD);
+    succeeds(&oslcl(&at, &["compile", "good.osl", "--emit", "spirv", "-o", "new/x.spv"]));
+    assert_eq!(listing(&at.join("new")), ["x.spv", "x.spv.cl"]);
+    succeeds(&oslcl(&at, &["compile", "good.osl", "-o", "here.cl"]));
+    assert_eq!(listing(&at), ["good.osl", "here.cl", "here.json", "new", "other.osl"]);
+    fails(&oslcl(&at, &["compile", "good.osl", "-o", "x.spv"]), 2, &["`x.spv`", "add --emit spirv"]);
+    fails(&oslcl(&at, &["compile", "good.osl", "other.osl", "-o", "x.cl"]), 2, &["one file"]);
+}
+
+#[test]
 fn missing_tools_are_named() {
     let at = folder("tools");
     write(&at, "good.osl", GOOD);

@@ -6,6 +6,7 @@
 use super::args::{CompileArgs, EmitArg};
 use super::sources::{self, Folders};
 use super::{Error, emit, package, params, report, terminal};
+use clap::ValueEnum;
 use oslcl_compiler::{Failure, Master, Options};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::files::{self, Output};
@@ -38,6 +39,7 @@ pub fn run(args: &CompileArgs) -> Result<(), Error> {
     if args.files.len() > 1 && !args.param.is_empty() {
         return Err(Error::Usage("--param goes with one file only".to_owned()));
     }
+    check_named(args)?;
     let mut bases: HashMap<PathBuf, &Path> = HashMap::new();
     for path in &args.files {
         if let Some(other) = bases.insert(base(path, args), path) {
@@ -114,10 +116,36 @@ fn tell<T>(
     result
 }
 
+/// The form that the output is named after, where it is a file (x.cl) and no folder.
+fn named_form(output: &Path) -> Option<EmitArg> {
+    let ending = output.extension()?.to_str()?;
+    if output.is_dir() {
+        return None;
+    }
+    emit::KINDS.into_iter().find(|k| emit::ending(*k) == ending)
+}
+
+/// An output that is named as a file has one source, and is among what is written.
+fn check_named(args: &CompileArgs) -> Result<(), Error> {
+    let Some((output, form)) = args.output.as_deref().and_then(|o| Some((o, named_form(o)?))) else { return Ok(()) };
+    if args.files.len() > 1 {
+        return Err(Error::Usage(format!(
+            "`{}` is one file: with several sources, -o names a folder",
+            output.display()
+        )));
+    }
+    if !args.emit.contains(&form) {
+        let name = form.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+        return Err(Error::Usage(format!("`{}` is not among what is written: add --emit {name}", output.display())));
+    }
+    Ok(())
+}
+
 /// Where the outputs go, without their endings.
 fn base(path: &Path, args: &CompileArgs) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default();
-    match &args.output {
+    match args.output.as_deref() {
+        Some(file) if named_form(file).is_some() => file.with_extension(""),
         Some(folder) => folder.join(stem),
         None => path.with_file_name(stem),
     }
@@ -146,10 +174,10 @@ fn compile(path: &Path, args: &CompileArgs, device: Option<&Device>, said: &mut 
     // Those of the front half come first and were said.
     let later = &output.warnings[master.warnings().len().min(output.warnings.len())..];
     said.push_str(&report::rendered(&output.sources, later));
-    if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder).map_err(|e| files::Error { path: folder.clone(), cause: e.into() })?;
-    }
     let base = base(path, args);
+    if let (Some(_), Some(folder)) = (&args.output, base.parent()) {
+        std::fs::create_dir_all(folder).map_err(|e| files::Error { path: folder.to_owned(), cause: e.into() })?;
+    }
     let mut outputs = Vec::new();
     for kind in emit::KINDS.into_iter().filter(|k| args.emit.contains(k)) {
         let job =

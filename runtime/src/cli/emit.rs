@@ -16,6 +16,18 @@ use std::fmt::Write;
 pub(super) const KINDS: [EmitArg; 6] =
     [EmitArg::Opencl, EmitArg::Spirv, EmitArg::Bitcode, EmitArg::Binary, EmitArg::Ir, EmitArg::Json];
 
+/// The ending of a form's file, by which a command line can ask for it.
+pub(super) fn ending(kind: EmitArg) -> &'static str {
+    match kind {
+        EmitArg::Opencl => "cl",
+        EmitArg::Spirv => "spv",
+        EmitArg::Bitcode => "bc",
+        EmitArg::Binary => "bin",
+        EmitArg::Ir => "ir",
+        EmitArg::Json => "json",
+    }
+}
+
 /// Why a form cannot be had.
 pub(super) enum Error {
     /// The shader does not compile for it.
