@@ -96,7 +96,13 @@ static inline void path_set_uint(const Context *c, uint field, uint slot, uint v
 // The pixel of a slot: its number in the picture, row by row.
 static inline uint path_pixel(const Context *c, uint slot)
 {
-    return setting(c, SETTING_pixel_first) + slot / setting(c, SETTING_slots_per_pixel);
+    const uint place = setting(c, SETTING_pixel_first) + slot / setting(c, SETTING_slots_per_pixel);
+#ifdef HAS_ADAPTIVE
+    // Those that go on.
+    return c->pixels[place];
+#else
+    return place;
+#endif
 }
 
 // ---- Queues --------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ mod table;
 mod values;
 
 pub use table::{PROFILES, Row, TABLE, markdown};
-pub use values::{Intersection, LightChoice, Maths, MipBias, PathState, Sampler, TextureFilter, TreeQuality};
+pub use values::{Intersection, LightChoice, Maths, MipBias, PathState, Sampler, TextureFilter, Threshold, TreeQuality};
 
 use crate::plan::{Effect, Overrides};
 use crate::precision::Precision;
@@ -40,6 +40,8 @@ pub struct Choices {
     pub depth: Option<u32>,
     /// Bounce from which Russian roulette may end paths, `u32::MAX`: never; `None`: the scene's.
     pub roulette: Option<u32>,
+    /// Relative error at which a tile of pixels gets no more samples; `None`: all pixels get as many.
+    pub adaptive: Option<Threshold>,
     /// Effects that are on or off whatever the scene calls for. No setting of the table.
     pub overrides: Overrides,
 }
@@ -59,6 +61,7 @@ impl Default for Choices {
             tree: TreeQuality::default(),
             depth: None,
             roulette: None,
+            adaptive: None,
             overrides: Overrides::default(),
         }
     }
@@ -158,6 +161,8 @@ impl Choices {
             ("depth", _) => self.depth = Some(number(1, 4096)?),
             ("roulette", "off") => self.roulette = Some(u32::MAX),
             ("roulette", _) => self.roulette = Some(number(1, 4096)?),
+            ("adaptive", "off") => self.adaptive = None,
+            ("adaptive", _) => self.adaptive = Some(Threshold::parse(value).ok_or_else(refuse)?),
             _ if TABLE.iter().any(|row| row.name == name) => return Err(refuse()),
             _ => {
                 let suggestion = oslcl_compiler::suggest::closest(name, TABLE.iter().map(|row| row.name));

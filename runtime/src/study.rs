@@ -132,6 +132,7 @@ fn tried(name: &str, values: &[&str], scene: &Scene, plan: &Plan) -> Vec<String>
             shorter.map(|d| d.to_string()).collect()
         }
         "roulette" => list(&["2", "5", "off"]),
+        "adaptive" => list(&["0.2", "0.1", "0.05", "0.02"]),
         _ => list(values),
     }
 }

@@ -122,6 +122,8 @@ pub struct Wavefront<'a> {
     kernels: &'a Kernels,
     spread: Spread,
     pixels: u64,
+    /// How many of them go on: those that the buffer of pixels lists.
+    going_on: u64,
     buffers: HashMap<BufferId, Buffer>,
     settings: [u32; Setting::ALL.len()],
     environment: Option<MaterialId>,
@@ -144,12 +146,14 @@ impl<'a> Wavefront<'a> {
         spread: Spread,
     ) -> Result<Wavefront<'a>, Error> {
         let _span = tracing::info_span!("upload").entered();
+        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         let mut wavefront = Wavefront {
             device,
             plan,
             kernels,
             spread,
-            pixels: u64::from(scene.film.width) * u64::from(scene.film.height),
+            pixels,
+            going_on: pixels,
             buffers: HashMap::new(),
             settings: settings(scene, plan, geometry, spread),
             environment: scene.environment,
@@ -222,6 +226,7 @@ impl<'a> Wavefront<'a> {
                 device.clear(&mut film)?;
                 Ok(film)
             }
+            BufferId::Pixels => device.upload(name, &(0..self.pixels as u32).collect::<Vec<u32>>()),
             BufferId::Nodes => device.upload(name, &g.nodes),
             BufferId::Triangles => reals(&g.triangles),
             BufferId::TriangleIds => device.upload(name, &g.triangle_ids),
@@ -301,12 +306,21 @@ impl<'a> Wavefront<'a> {
         self.device.finish()
     }
 
-    /// Renders samples `first..end` of every pixel. `watch` hears now and then what is done so far.
+    /// From now on only these pixels get samples: for plans with the effect `adaptive`.
+    pub fn go_on_with(&mut self, pixels: &[u32]) -> Result<(), Error> {
+        if let Some(buffer) = self.buffers.get_mut(&BufferId::Pixels) {
+            self.device.write(buffer, pixels)?;
+            self.going_on = pixels.len() as u64;
+        }
+        Ok(())
+    }
+
+    /// Renders samples `first..end` of every pixel that goes on. `watch` hears now and then what is done so far.
     pub fn render(&mut self, first: u32, end: u32, watch: &mut dyn FnMut(&Counts)) -> Result<(), Error> {
         let per_batch = u64::from(self.spread.paths / self.spread.slots_per_pixel);
         let mut pixel = 0;
-        while pixel < self.pixels {
-            let count = per_batch.min(self.pixels - pixel);
+        while pixel < self.going_on {
+            let count = per_batch.min(self.going_on - pixel);
             self.set(Setting::PixelFirst, pixel as u32);
             self.set(Setting::Slots, (count * u64::from(self.spread.slots_per_pixel)) as u32);
             self.set(Setting::SampleFirst, first);
@@ -445,7 +459,7 @@ impl<'a> Wavefront<'a> {
         }
     }
 
-    /// The picture, the mean of `samples` samples a pixel: rows from the top, channels interleaved.
+    /// The picture, the mean of `samples` samples a pixel (1: their sums): rows from the top, channels interleaved.
     pub fn resolve(&self, samples: u32) -> Result<Vec<f64>, Error> {
         let numbers = self.pixels as usize * self.plan.layout.film_channels() as usize;
         let picture = self.device.buffer("picture", numbers as u64 * self.precision().real_bytes())?;
@@ -474,6 +488,7 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
         BufferId::Constants => reals(Constant::total() as u64),
         // Sums and what their rounding lost.
         BufferId::Film => reals(FILM_REALS * pixels * u64::from(spread.slots_per_pixel)),
+        BufferId::Pixels => 4 * pixels,
         BufferId::Nodes => words(g.nodes.len()),
         BufferId::Triangles => reals(g.triangles.len() as u64),
         BufferId::TriangleIds => words(g.triangle_ids.len()),

@@ -236,3 +236,61 @@ fn half_path_state_counts_what_it_clamps() {
     assert!(picture.pixels.iter().flatten().all(|x| (x / 2e5 - 1.0).abs() < 1e-5));
     assert_eq!(summary.counts.clamped, 0);
 }
+
+/// A picture whose left half is 0.5 and whose right half is uniform noise from 0 to 1 in every sample.
+fn half_noise(width: u32, height: u32, samples: u32) -> Scene {
+    let mut scene = empty();
+    scene.film = Film { width, height };
+    scene.integrator.samples = samples;
+    scene.integrator.max_depth = 1;
+    scene.camera.hfov_degrees = 2.0 * (0.2f64).atan().to_degrees();
+    let m =
+        material(&mut scene, "surface s() { Ci = (u < 0.5 ? 0.5 : noise(\"cell\", 1e5 * P)) * emission(); }", &[]);
+    scene.materials[m.0 as usize].sampled_light = false;
+    let w = mesh(&mut scene, wall());
+    place(&mut scene, w, m, DAffine3::IDENTITY);
+    scene
+}
+
+/// Mean and standard deviation of the pixels of the right half.
+fn right_half(picture: &Picture) -> (f64, f64) {
+    let right = picture.pixels.iter().enumerate().filter(|(i, _)| i % picture.width >= picture.width / 2);
+    let values: Vec<f64> = right.map(|(_, p)| f64::from(p[0])).collect();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt())
+}
+
+/// A sample of the right half has the variance 1/12: the relative error is below 0.05 from 128 samples on, as 0.51^2 = 0.5^2 + 0.01.
+#[test]
+fn adaptive_sampling_ends_where_the_error_is_small() {
+    let scene = half_noise(64, 32, 512);
+    let (uniform, _) = render_with(&scene, &[]);
+    let (picture, summary) = render_with(&scene, &[("adaptive", "0.05")]);
+    let outcome = summary.adaptive.expect("it is on");
+    let (least, most, mean) = outcome.samples;
+    assert_eq!(outcome.tiles, (32, 32));
+    assert_eq!(least, 24, "the second look ends what has no noise");
+    assert!((96..=192).contains(&most), "{most}");
+    // What the film had is what was counted, and less than half of what each pixel alike would have needed.
+    assert_eq!(summary.counts.samples as f64, mean * 64.0 * 32.0);
+    assert!(mean < 0.65 * f64::from(most), "{outcome:?}");
+    assert!((outcome.saved - (1.0 - mean / 512.0)).abs() < 1e-9);
+    // The flat half is what it is, the noisy one as noisy as was asked for, and not biased: its mean is within 4 standard deviations.
+    assert!(picture.pixels.iter().enumerate().all(|(i, p)| i % 64 >= 32 || *p == [0.5; 3]));
+    let (found, spread) = right_half(&picture);
+    assert!(spread / 0.51 < 0.055, "{spread}");
+    let (wanted, _) = right_half(&uniform);
+    let per_pixel = (1.0 / 12.0 / 96.0f64).sqrt() / (32.0f64 * 32.0).sqrt();
+    assert!((found - 0.5).abs() < 4.0 * per_pixel && (found - wanted).abs() < 4.0 * per_pixel, "{found} {wanted}");
+}
+
+/// In a picture of more pixels than there are paths in flight: each pixel that goes on keeps its samples.
+#[test]
+fn pixels_that_go_on_are_as_without_adaptive_sampling() {
+    let scene = half_noise(192, 176, 32);
+    let (uniform, _) = render_with(&scene, &[]);
+    let (picture, summary) = render_with(&scene, &[("adaptive", "0.0001")]);
+    // A column of tiles of the flat half goes on beside the noisy one.
+    assert_eq!(summary.adaptive.expect("it is on").samples, (24, 32, 28.0 + 8.0 * 8.0 / 192.0));
+    assert_eq!(picture.pixels, uniform.pixels);
+}

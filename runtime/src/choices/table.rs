@@ -83,6 +83,11 @@ pub const TABLE: &[Row] = &[
         values: &["the scene's", "a bounce", "off"],
         text: "The bounce from which Russian roulette may end weak paths: no bias, more noise, less time.",
     },
+    Row {
+        name: "adaptive",
+        values: &["off", "a relative error from 0.0001 to 1"],
+        text: "All pixels get as many samples; or tiles of 8 x 8 pixels get no more once their relative error seems to be below this.",
+    },
 ];
 
 /// The profiles and what they set.

@@ -82,6 +82,23 @@ pub enum TextureFilter {
     Bicubic,
 }
 
+/// A relative error, in millionths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Threshold(u32);
+
+impl Threshold {
+    /// Reads a number from 0.0001 to 1.
+    pub fn parse(text: &str) -> Option<Threshold> {
+        let error = text.parse::<f64>().ok().filter(|x| (1e-4..=1.0).contains(x))?;
+        Some(Threshold((1e6 * error).round() as u32))
+    }
+
+    /// As a part of 1.
+    pub fn error(self) -> f64 {
+        f64::from(self.0) / 1e6
+    }
+}
+
 /// A number of levels of detail, in thousandths: positive is coarser.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct MipBias(i32);

@@ -93,6 +93,7 @@ effects! {
     LobeSheen: "lobe_sheen", "a lobe of the BSDFs";
     LobeChiangHair: "lobe_chiang_hair", "a lobe of the BSDFs";
     LobeThinFilm: "lobe_thin_film", "thin films on the lobes";
+    Adaptive: "adaptive", "pixels that have had enough samples are left alone";
     DoublePrecision: "double_precision", "64-bit arithmetic";
 }
 
@@ -113,7 +114,7 @@ impl Effect {
             TextureCubic | TextureClosest => &[Textures],
             TraceSets | TraceNames => &[Traces],
             Surfaces | ThinLens | TentFilter | MiddleFilter | Environment | Derivatives | CameraSpace | OtherSpaces
-            | Interactive | Messages | PointClouds | Textures | DoublePrecision => &[],
+            | Interactive | Messages | PointClouds | Textures | Adaptive | DoublePrecision => &[],
             _ => &[Surfaces],
         }
     }
@@ -157,6 +158,7 @@ impl Effect {
             LobeTransparent => "surfaces block what should pass straight through them",
             LobeRefraction => "no light is refracted through the surfaces",
             LobeThinFilm => "there are no colours of thin films",
+            Adaptive => "all pixels get as many samples: the same light, later",
             DoublePrecision => "arithmetic has 32 bits",
             _ => "this part of the reflection is black",
         }
@@ -164,7 +166,7 @@ impl Effect {
 
     /// Whether a picture without it is right in the mean, and only takes longer to get there.
     pub fn keeps_mean(self) -> bool {
-        matches!(self, Lights | VaryingLights | EnvironmentSampling | Roulette | Instances)
+        matches!(self, Lights | VaryingLights | EnvironmentSampling | Roulette | Instances | Adaptive)
     }
 
     /// The effect of a filter of the film; `None`: the box, which is always there.
@@ -263,6 +265,9 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], choices: &Ch
     }
     if let Some(bounce) = scene.integrator.roulette_from {
         ask(Roulette, Asker::setting("integrator", format!("roulette = {bounce}")));
+    }
+    if let Some(threshold) = choices.adaptive {
+        ask(Adaptive, Asker::setting("adaptive", threshold.error().to_string()));
     }
     if double {
         ask(DoublePrecision, Asker::setting("precision", "reference"));
