@@ -105,6 +105,16 @@ static inline uint path_pixel(const Context *c, uint slot)
 #endif
 }
 
+#ifdef PATHU_turn
+// Where paths split, a slot follows the lobes of a sample's first hit one after the other, in turns: which, and of how many.
+static inline uint path_turn(const Context *c, uint slot) { return path_get_uint(c, PATHU_turn, slot) & 0xffffu; }
+static inline uint path_turns(const Context *c, uint slot) { return path_get_uint(c, PATHU_turn, slot) >> 16; }
+static inline void path_set_turn(const Context *c, uint slot, uint turn, uint turns)
+{
+    path_set_uint(c, PATHU_turn, slot, turn | turns << 16);
+}
+#endif
+
 // ---- Queues --------------------------------------------------------------------------------------------------------
 
 // The slot at this work-item's place in a queue; 0 when the queue is shorter.
@@ -137,6 +147,12 @@ static inline void queue_store(const Context *c, int queue, uint at, uint slot)
         if (push_count[q] > 0) push_base[q] = atomic_add(&(c)->counters[q], push_count[q]);                            \
     barrier(CLK_LOCAL_MEM_FENCE);                                                                                      \
     if ((queue) >= 0) queue_store(c, queue, push_base[queue] + push_rank, slot);
+
+// Adds 1 to a 64-bit count in two words, whoever else does.
+static inline void count_one(const Context *c, uint counter)
+{
+    if (atomic_inc(&c->counters[counter]) == 0xffffffffu) atomic_inc(&c->counters[counter + 1]);
+}
 
 // A 64-bit count in two words; only one work-item of a launch adds to it.
 static inline void count_add(const Context *c, uint counter, uint n)

@@ -28,6 +28,15 @@ static inline int stage_accumulate(const Context *c, uint slot)
     add_compensated(&sum, &lost, sample);
     film[0] = sum;
     film[1] = lost;
+#ifdef PATHU_turn
+    const uint turn = path_turn(c, slot) + 1, turns = path_turns(c, slot);
+    if (turn < turns) {
+        path_set_turn(c, slot, turn, turns);
+        count_one(c, COUNTER_turns);
+        return QUEUE_gen;
+    }
+    path_set_turn(c, slot, 0, 1);
+#endif
     uint next = path_get_uint(c, PATHU_sample, slot) + per_pixel;
     return next < setting(c, SETTING_sample_end) ? QUEUE_gen : QUEUE_NONE;
 }

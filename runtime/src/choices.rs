@@ -7,7 +7,7 @@ mod table;
 mod values;
 
 pub use table::{PROFILES, Row, TABLE, markdown};
-pub use values::{Intersection, LightChoice, Maths, MipBias, PathState, Sampler, TextureFilter, Threshold, TreeQuality};
+pub use values::{Intersection, LightChoice, Lobes, Maths, MipBias, PathState, Sampler, TextureFilter, Threshold, TreeQuality};
 
 use crate::plan::{Effect, Overrides};
 use crate::precision::Precision;
@@ -24,6 +24,8 @@ pub struct Choices {
     pub intersection: Intersection,
     /// State of paths.
     pub path_state: PathState,
+    /// Lobes of a path's first hit.
+    pub lobes: Lobes,
     /// Random numbers.
     pub sampler: Sampler,
     /// Choice among lights.
@@ -53,6 +55,7 @@ impl Default for Choices {
             maths: Maths::default(),
             intersection: Intersection::default(),
             path_state: PathState::default(),
+            lobes: Lobes::default(),
             sampler: Sampler::default(),
             lights: LightChoice::default(),
             environment_map: 512,
@@ -138,6 +141,8 @@ impl Choices {
             ("intersection", "f64") => self.intersection = Intersection::Double,
             ("path_state", "float") => self.path_state = PathState::Float,
             ("path_state", "half") => self.path_state = PathState::Half,
+            ("lobes", "one") => self.lobes = Lobes::One,
+            ("lobes", "all") => self.lobes = Lobes::All,
             ("sampler", "independent") => self.sampler = Sampler::Independent,
             ("sampler", "sobol") => self.sampler = Sampler::Sobol,
             ("lights", "power") => self.lights = LightChoice::Power,

@@ -120,6 +120,7 @@ pub fn variations(scene: &Scene, plan: &Plan, samples: u32) -> Vec<Variation> {
 fn tried(name: &str, values: &[&str], scene: &Scene, plan: &Plan) -> Vec<String> {
     let list = |values: &[&str]| values.iter().map(|v| (*v).to_owned()).collect();
     match name {
+        "lobes" if !plan.chooses_lobes() => Vec::new(),
         "lights" if !plan.has(Effect::Lights) => Vec::new(),
         "environment_map" if !plan.has(Effect::EnvironmentSampling) => Vec::new(),
         "environment_map" => list(&["64", "128", "256", "1024", "2048"]),

@@ -35,6 +35,9 @@ const PATHS_GPU: u32 = 1 << 22;
 /// Reals of a slot's film: sums of four channels, and what each has lost (kernels/stages/accumulate.h).
 const FILM_REALS: u64 = 8;
 
+/// Most lobes that a hit can offer (kernels/context.h).
+const MOST_TURNS: u64 = 0xffff;
+
 /// Rounds of stages between two looks at the queues.
 const ROUNDS_CPU: u32 = 2;
 const ROUNDS_GPU: u32 = 8;
@@ -94,7 +97,7 @@ pub struct Counts {
     pub rays: u64,
     /// Rays that looked whether a light is free.
     pub shadow_rays: u64,
-    /// Paths finished.
+    /// Samples finished.
     pub samples: u64,
     /// Slots that a full queue did not take; always 0.
     pub dropped: u32,
@@ -347,7 +350,9 @@ impl<'a> Wavefront<'a> {
     fn batch(&self, watch: &mut dyn FnMut(&Counts)) -> Result<(), Error> {
         let rounds = if self.device.info.kind == DeviceKind::Gpu { ROUNDS_GPU } else { ROUNDS_CPU };
         let samples = self.settings[place(Setting::SampleEnd)] - self.settings[place(Setting::SampleFirst)];
-        let most = u64::from(samples) * u64::from(self.settings[place(Setting::MaxDepth)]) + u64::from(rounds);
+        let turns = if self.plan.is_asked(Effect::SplitLobes) { MOST_TURNS } else { 1 };
+        let paths = u64::from(samples) * turns;
+        let most = paths * u64::from(self.settings[place(Setting::MaxDepth)]) + u64::from(rounds);
         self.stage(Stage::RayGen, None, START)?;
         for _ in 0..=most.div_ceil(u64::from(rounds)) {
             for _ in 0..rounds {
@@ -429,7 +434,8 @@ impl<'a> Wavefront<'a> {
         Counts {
             rays: wide(Counter::Rays),
             shadow_rays: wide(Counter::ShadowRays),
-            samples: wide(Counter::Samples),
+            // Turns behind a sample's first are paths of the same sample.
+            samples: wide(Counter::Samples).saturating_sub(wide(Counter::Turns)),
             dropped: word(Counter::Dropped),
             repaired: word(Counter::Repaired),
             clamped: word(Counter::Clamped),
@@ -571,6 +577,7 @@ fn settings(scene: &Scene, plan: &Plan, geometry: &Geometry, spread: Spread) -> 
             _ => 0,
         },
         Setting::TwoSided => u32::from(plan.is_asked(Effect::TwoSidedEmission)),
+        Setting::Split => u32::from(plan.is_asked(Effect::SplitLobes)),
         Setting::SlotsPerPixel => spread.slots_per_pixel,
         Setting::Slots | Setting::PixelFirst | Setting::SampleFirst | Setting::SampleEnd => 0,
     })

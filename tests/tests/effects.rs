@@ -267,6 +267,7 @@ fn needs(effect: Effect) -> Scene {
             ),
             FLAT_SKY,
         ),
+        SplitLobes => lit("surface d() { Ci = color(0.5, 0, 0.2) * diffuse(N) + color(0, 0.5, 0) * oren_nayar(N, 0.4); }"),
         Adaptive => {
             let mut scene = lit(WHITE);
             scene.integrator.samples = 64;
@@ -332,6 +333,7 @@ fn symbols(effect: Effect) -> (&'static [&'static str], &'static [&'static str],
         PointClouds => (&["cloud_nearest("], &["clouds"], &[]),
         Textures => (&["texture_node("], &["textures"], &[]),
         Holdout => (&["PATH_hole"], &[], &[]),
+        SplitLobes => (&["PATHU_turn"], &[], &[]),
         Adaptive => (&["c->pixels["], &["pixels"], &[]),
         LobeThinFilm => (&["PATH_lobe_film"], &[], &[]),
         LobeDiffuse => (&["diffuse_eval("], &[], &[]),
@@ -498,6 +500,7 @@ fn removed_is_missed(effects: impl Iterator<Item = Effect>) {
         let mut choices = Choices::default();
         match effect {
             Effect::DoublePrecision => choices.precision = Precision::Reference,
+            Effect::SplitLobes => choices.set("lobes", "all").expect("a value"),
             Effect::Adaptive => choices.set("adaptive", "0.5").expect("a value"),
             _ => {}
         }

@@ -294,3 +294,63 @@ fn pixels_that_go_on_are_as_without_adaptive_sampling() {
     assert_eq!(summary.adaptive.expect("it is on").samples, (24, 32, 28.0 + 8.0 * 8.0 / 192.0));
     assert_eq!(picture.pixels, uniform.pixels);
 }
+
+/// Each sample of `all` has every lobe's colour, and what the surface emits once; one of `one` has one lobe's, so that pixels differ.
+#[test]
+fn all_lobes_are_followed_once_a_sample() {
+    let mut scene = empty();
+    scene.integrator.samples = 3;
+    let source = "surface d() { Ci = color(0.2, 0, 0) * diffuse(N) + color(0, 0.3, 0) * oren_nayar(N, 0)
+        + color(0, 0, 0.4) * translucent(N) + 0.25 * emission(); }";
+    let m = material(&mut scene, source, &[]);
+    scene.materials[m.0 as usize].sampled_light = false;
+    let w = mesh(&mut scene, wall());
+    place(&mut scene, w, m, DAffine3::IDENTITY);
+    let sky = material(&mut scene, "surface s() { Ci = background(); }", &[]);
+    scene.environment = Some(sky);
+    let wanted = [0.45, 0.55, 0.65];
+    let off = |picture: &Picture| {
+        let values = picture.pixels.iter().flat_map(|p| [0, 1, 2].map(|c| (f64::from(p[c]) - wanted[c]).abs()));
+        values.fold(0.0, f64::max)
+    };
+    let (all, summary) = render_with(&scene, &[("lobes", "all")]);
+    assert!(off(&all) < 1e-5, "{}", off(&all));
+    let pixels = 16 * 16;
+    assert_eq!(summary.counts.samples, 3 * pixels, "turns are no samples");
+    // Of each sample three camera rays, and one behind each of the lobes.
+    assert_eq!(summary.counts.rays, 3 * 3 * 2 * pixels);
+    let (one, summary) = render_with(&scene, &[]);
+    assert!(off(&one) > 0.1, "one lobe a sample: {}", off(&one));
+    assert_eq!(summary.counts.rays, 3 * 2 * pixels);
+}
+
+/// Through bounces, lights and roulette the mean is the same, and the noise of a sample less.
+#[test]
+fn all_lobes_have_the_mean_of_one() {
+    let mut scene = empty();
+    scene.integrator.samples = 64;
+    scene.integrator.max_depth = 6;
+    scene.integrator.roulette_from = Some(3);
+    let source = "surface d() { Ci = color(0.6, 0.1, 0.3) * diffuse(N) + color(0.1, 0.5, 0.3) * ward(N, dPdu, 0.3, 0.2)
+        + 0.02 * emission(); }";
+    let m = material(&mut scene, source, &[]);
+    let ball = mesh(&mut scene, sphere());
+    place(&mut scene, ball, m, DAffine3::IDENTITY);
+    let behind = mesh(&mut scene, wall());
+    place(&mut scene, behind, m, DAffine3::from_translation(DVec3::new(0.0, 1.0, 0.0)));
+    let lamp = material(&mut scene, "surface l() { Ci = 4 * emission(); }", &[]);
+    let quad = mesh(&mut scene, wall());
+    let turned = DAffine3::from_rotation_z(2.5);
+    place(&mut scene, quad, lamp, DAffine3 { translation: DVec3::new(3.0, -3.0, 0.5), ..turned });
+    let sky = material(&mut scene, "surface s() { Ci = (0.5 + 0.4 * I[2]) * background(); }", &[]);
+    scene.environment = Some(sky);
+    for sampler in ["sobol", "independent"] {
+        let (one, _) = render_with(&scene, &[("sampler", sampler)]);
+        let (all, _) = render_with(&scene, &[("sampler", sampler), ("lobes", "all")]);
+        let (a, b) = (mean(&one), mean(&all));
+        for c in 0..3 {
+            assert!((a[c] - b[c]).abs() < 0.01 * a[c], "{sampler}: {a:?}, all lobes {b:?}");
+        }
+        assert_ne!(one.pixels, all.pixels);
+    }
+}

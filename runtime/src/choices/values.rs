@@ -34,6 +34,16 @@ pub enum PathState {
     Half,
 }
 
+/// Which lobes of a path's first hit are followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Lobes {
+    /// One, at random.
+    #[default]
+    One,
+    /// Each, by a path of its own.
+    All,
+}
+
 /// Where random numbers come from (kernels/random.h).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Sampler {

@@ -99,6 +99,7 @@ const UINTS: &[Field] = &[
     field("lobe", 1, &[Surfaces]),
     field("raytype", 1, &[RayType]),
     field("light", 1, &[VaryingLights, EnvironmentSampling]),
+    field("turn", 1, &[SplitLobes]),
 ];
 
 /// A buffer that all stages see.
@@ -196,11 +197,12 @@ pub enum Setting {
     SampleEnd,
     Filter,
     TwoSided,
+    Split,
 }
 
 impl Setting {
     /// All, in the order of the buffer.
-    pub const ALL: [(Setting, &'static str); 13] = [
+    pub const ALL: [(Setting, &'static str); 14] = [
         (Setting::Width, "width"),
         (Setting::Height, "height"),
         (Setting::Seed, "seed"),
@@ -214,6 +216,7 @@ impl Setting {
         (Setting::SampleEnd, "sample_end"),
         (Setting::Filter, "filter"),
         (Setting::TwoSided, "two_sided"),
+        (Setting::Split, "split"),
     ];
 }
 
@@ -271,15 +274,17 @@ pub enum Counter {
     Dropped,
     Repaired,
     Clamped,
+    Turns,
 }
 
-const COUNTERS: [(Counter, &str, u32); 6] = [
+const COUNTERS: [(Counter, &str, u32); 7] = [
     (Counter::Rays, "rays", 2),
     (Counter::ShadowRays, "shadow_rays", 2),
     (Counter::Samples, "samples", 2),
     (Counter::Dropped, "dropped", 1),
     (Counter::Repaired, "repaired", 1),
     (Counter::Clamped, "clamped", 1),
+    (Counter::Turns, "turns", 2),
 ];
 
 /// Everything's place.
