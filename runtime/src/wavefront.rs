@@ -203,7 +203,7 @@ impl<'a> Wavefront<'a> {
         let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, s, self.spread));
         let reals = |data: &[f64]| upload_reals(device, name, data, self.precision());
         match id {
-            BufferId::Path | BufferId::PathHalf | BufferId::PathUint | BufferId::Queues => empty(),
+            BufferId::Path | BufferId::PathUint | BufferId::Queues => empty(),
             BufferId::EnvironmentCells | BufferId::EnvironmentAlias => empty(),
             BufferId::Counters => device.upload(name, &vec![0u32; self.plan.layout.counter_words()]),
             BufferId::Settings => device.upload(name, &self.settings),
@@ -486,7 +486,6 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
     let words = |count: usize| 4 * count as u64;
     match id {
         BufferId::Path => reals(paths * u64::from(layout.reals_per_path())),
-        BufferId::PathHalf => 2 * paths * u64::from(layout.halves_per_path()),
         BufferId::PathUint => 4 * paths * u64::from(layout.uints_per_path()),
         BufferId::Queues => 4 * paths * u64::from(layout.queue_count()),
         BufferId::Counters => words(layout.counter_words()),
