@@ -30,22 +30,31 @@ static inline real3 constant_real3(const Context *c, uint which) { return vload3
 // ---- Path state: a record per slot (ADR 0022) -----------------------------------------------------------------------
 
 // PATH_* and PATHU_* are places in the records of reals and of uints. Triples of reals lie at multiples of four, so that each is
-// read and written at once. Some fields may be of 16 bits, in records of their own: their places have the bit FIELD_HALF, so that
-// what a name stands for is known when the kernel is built.
+// read and written at once. Some fields may be of 16 bits, behind the reals of the same record: their places have the bit FIELD_HALF and
+// count halves, so that what a name stands for is known when the kernel is built; triples of them lie at multiples of four as well.
 static inline __global real *path_real(const Context *c, uint field, uint slot)
 {
     return c->path + (size_t)slot * REALS_PER_PATH + field;
 }
 #ifdef FIELD_HALF
-static inline size_t path_half_at(uint field, uint slot)
+static inline __global half *path_half(const Context *c, uint field, uint slot)
 {
-    return (size_t)slot * HALVES_PER_PATH + (field & ~FIELD_HALF);
+    return (__global half *)path_real(c, HALVES_FIRST, slot) + (field & ~FIELD_HALF);
+}
+static inline float path_clamp(const Context *c, real v)
+{
+    // What is no number stays none, for `accumulate` to count.
+    if (fabs(v) > 65504) {
+        v = copysign((real)65504, v);
+        atomic_inc(&c->counters[COUNTER_clamped]);
+    }
+    return (float)v;
 }
 #endif
 static inline real path_get(const Context *c, uint field, uint slot)
 {
 #ifdef FIELD_HALF
-    if (field & FIELD_HALF) return vload_half(path_half_at(field, slot), c->path_half);
+    if (field & FIELD_HALF) return vload_half(0, path_half(c, field, slot));
 #endif
     return *path_real(c, field, slot);
 }
@@ -53,12 +62,7 @@ static inline void path_set(const Context *c, uint field, uint slot, real v)
 {
 #ifdef FIELD_HALF
     if (field & FIELD_HALF) {
-        // What is no number stays none, for `accumulate` to count.
-        if (fabs(v) > 65504) {
-            v = copysign((real)65504, v);
-            atomic_inc(&c->counters[COUNTER_clamped]);
-        }
-        vstore_half_rte((float)v, path_half_at(field, slot), c->path_half);
+        vstore_half_rte(path_clamp(c, v), 0, path_half(c, field, slot));
         return;
     }
 #endif
@@ -67,8 +71,10 @@ static inline void path_set(const Context *c, uint field, uint slot, real v)
 static inline real3 path_get3(const Context *c, uint field, uint slot)
 {
 #ifdef FIELD_HALF
-    if (field & FIELD_HALF)
-        return (real3)(path_get(c, field, slot), path_get(c, field + 1, slot), path_get(c, field + 2, slot));
+    if (field & FIELD_HALF) {
+        const float4 v = vloada_half4(0, path_half(c, field, slot));
+        return (real3)(v.x, v.y, v.z);
+    }
 #endif
     return ((__global real4 *)path_real(c, field, slot))->xyz;
 }
@@ -76,9 +82,8 @@ static inline void path_set3(const Context *c, uint field, uint slot, real3 v)
 {
 #ifdef FIELD_HALF
     if (field & FIELD_HALF) {
-        path_set(c, field, slot, v.x);
-        path_set(c, field + 1, slot, v.y);
-        path_set(c, field + 2, slot, v.z);
+        const float4 narrow = (float4)(path_clamp(c, v.x), path_clamp(c, v.y), path_clamp(c, v.z), 0);
+        vstorea_half4_rte(narrow, 0, path_half(c, field, slot));
         return;
     }
 #endif
@@ -96,8 +101,24 @@ static inline void path_set_uint(const Context *c, uint field, uint slot, uint v
 // The pixel of a slot: its number in the picture, row by row.
 static inline uint path_pixel(const Context *c, uint slot)
 {
-    return setting(c, SETTING_pixel_first) + slot / setting(c, SETTING_slots_per_pixel);
+    const uint place = setting(c, SETTING_pixel_first) + slot / setting(c, SETTING_slots_per_pixel);
+#ifdef HAS_ADAPTIVE
+    // Those that go on.
+    return c->pixels[place];
+#else
+    return place;
+#endif
 }
+
+#ifdef PATHU_turn
+// Where paths split, a slot follows the lobes of a sample's first hit one after the other, in turns: which, and of how many.
+static inline uint path_turn(const Context *c, uint slot) { return path_get_uint(c, PATHU_turn, slot) & 0xffffu; }
+static inline uint path_turns(const Context *c, uint slot) { return path_get_uint(c, PATHU_turn, slot) >> 16; }
+static inline void path_set_turn(const Context *c, uint slot, uint turn, uint turns)
+{
+    path_set_uint(c, PATHU_turn, slot, turn | turns << 16);
+}
+#endif
 
 // ---- Queues --------------------------------------------------------------------------------------------------------
 
@@ -131,6 +152,12 @@ static inline void queue_store(const Context *c, int queue, uint at, uint slot)
         if (push_count[q] > 0) push_base[q] = atomic_add(&(c)->counters[q], push_count[q]);                            \
     barrier(CLK_LOCAL_MEM_FENCE);                                                                                      \
     if ((queue) >= 0) queue_store(c, queue, push_base[queue] + push_rank, slot);
+
+// Adds 1 to a 64-bit count in two words, whoever else does.
+static inline void count_one(const Context *c, uint counter)
+{
+    if (atomic_inc(&c->counters[counter]) == 0xffffffffu) atomic_inc(&c->counters[counter + 1]);
+}
 
 // A 64-bit count in two words; only one work-item of a launch adds to it.
 static inline void count_add(const Context *c, uint counter, uint n)

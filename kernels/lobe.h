@@ -2,7 +2,7 @@
 //
 // A material function, its name in Artifact.entry, is
 //     void ENTRY(const ShaderGlobals *sg, real pick, ShadeResult *out);
-// `pick` is uniform in [0,1). It calls, for every lobe slot with non-zero weight,
+// `pick` is uniform in [0,1), or, where the scene splits paths, LOBE_NUMBER(k): the k-th lobe that is offered, not one at random. It calls, for every lobe slot with non-zero weight,
 //     Lobe lobe = closure_NAME_CODES(args...);          // kernels/bsdf/NAME.h; CODES as in the table of built-ins
 //     lobe_offer(out, &choice, &lobe, weight, wo);      // kernels/bsdf/pick.h; wo = -sg->I
 // then lobe_finish(out, &choice), and adds emission, background and holdout itself. String arguments are string ids (strings.h).
@@ -70,6 +70,9 @@ typedef struct {
 #ifdef HAS_SHARED_CUBES
     real rest;        // what the choice of the lobe left of `pick`, uniform in [0,1); set to `pick` by the caller
 #endif
+#ifdef HAS_SPLIT_LOBES
+    uint offered;     // how many lobes there were to take, if one was taken by number; set to 0 by the caller
+#endif
 } ShadeResult;
 
 // What of it is seen from a side that does not emit, or from one that does.
@@ -81,5 +84,8 @@ typedef struct {
     real total;  // sum of the importances so far
     real chosen; // importance of the lobe in hand
 } LobeChoice;
+
+// A lobe by its number: u stays at LOBE_NUMBER(k), total is the number of lobes so far, chosen stays 0.
+#define LOBE_NUMBER(k) ((real)((k) + 1u))
 
 #endif

@@ -9,9 +9,19 @@
 #include "cubes.h"
 #endif
 
+// Turns of a sample share the camera's numbers and have others behind.
+static inline uint path_seed(const Context *c, uint slot, uint block)
+{
+    const uint seed = setting(c, SETTING_seed);
+#ifdef PATHU_turn
+    if (block != BLOCK_CAMERA) return seed + path_turn(c, slot) * 0x9e3779b9u;
+#endif
+    return seed;
+}
+
 static inline uint4 path_random_bits(const Context *c, uint slot, uint block)
 {
-    const uint pixel = path_pixel(c, slot), sample = path_get_uint(c, PATHU_sample, slot), seed = setting(c, SETTING_seed);
+    const uint pixel = path_pixel(c, slot), sample = path_get_uint(c, PATHU_sample, slot), seed = path_seed(c, slot, block);
 #ifdef HAS_SHARED_CUBES
     // A bounce has one cube for the light's direction and its own: they find light in different ways, and each is even.
     const uint width = setting(c, SETTING_width);

@@ -29,6 +29,16 @@ static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *
     real importance = max_component(fabs(weight)) * bsdf_albedo(lobe, wo);
     real total = choice->total + importance;
     if (!is_finite_positive(importance) || !(total <= REAL_MAX)) return;
+#ifdef HAS_SPLIT_LOBES
+    if (choice->u >= 1) {
+        choice->total += 1;
+        if (choice->total == choice->u) {
+            out->lobe = *lobe;
+            out->lobe.weight = weight;
+        }
+        return;
+    }
+#endif
     real p = importance / total;
     if (choice->total == 0 || choice->u < p) {
         out->lobe = *lobe;
@@ -45,6 +55,12 @@ static inline void lobe_offer(ShadeResult *out, LobeChoice *choice, const Lobe *
 // After the last offer.
 static inline void lobe_finish(ShadeResult *out, const LobeChoice *choice)
 {
+#ifdef HAS_SPLIT_LOBES
+    if (choice->u >= 1) {
+        out->offered = (uint)choice->total;
+        return;
+    }
+#endif
     if (choice->chosen > 0) out->lobe.weight *= choice->total / choice->chosen;
 #ifdef HAS_SHARED_CUBES
     out->rest = choice->u;

@@ -13,7 +13,12 @@ static inline int stage_accumulate(const Context *c, uint slot)
         atomic_inc(&c->counters[COUNTER_repaired]);
         L = (real3)(0);
     }
-    const size_t at = setting(c, SETTING_slots_per_pixel) * (size_t)setting(c, SETTING_pixel_first) + slot;
+    const uint per_pixel = setting(c, SETTING_slots_per_pixel);
+#ifdef HAS_ADAPTIVE
+    const size_t at = per_pixel * (size_t)path_pixel(c, slot) + slot % per_pixel;
+#else
+    const size_t at = per_pixel * (size_t)setting(c, SETTING_pixel_first) + slot;
+#endif
     real4 sample = (real4)(L, 0);
 #ifdef PATH_hole
     sample.w = clamp(1 - path_get(c, PATH_hole, slot), (real)0, (real)1);
@@ -23,7 +28,16 @@ static inline int stage_accumulate(const Context *c, uint slot)
     add_compensated(&sum, &lost, sample);
     film[0] = sum;
     film[1] = lost;
-    uint next = path_get_uint(c, PATHU_sample, slot) + setting(c, SETTING_slots_per_pixel);
+#ifdef PATHU_turn
+    const uint turn = path_turn(c, slot) + 1, turns = path_turns(c, slot);
+    if (turn < turns) {
+        path_set_turn(c, slot, turn, turns);
+        count_one(c, COUNTER_turns);
+        return QUEUE_gen;
+    }
+    path_set_turn(c, slot, 0, 1);
+#endif
+    uint next = path_get_uint(c, PATHU_sample, slot) + per_pixel;
     return next < setting(c, SETTING_sample_end) ? QUEUE_gen : QUEUE_NONE;
 }
 

@@ -24,6 +24,11 @@ static inline int stage_ray_gen(const Context *c, uint slot, int start)
     const uint per_pixel = setting(c, SETTING_slots_per_pixel);
     uint sample = start ? setting(c, SETTING_sample_first) + slot % per_pixel
                         : path_get_uint(c, PATHU_sample, slot) + per_pixel;
+#ifdef PATHU_turn
+    if (start) path_set_turn(c, slot, 0, 1);
+    // The same sample once more.
+    if (path_turn(c, slot) > 0) sample -= per_pixel;
+#endif
     path_set_uint(c, PATHU_sample, slot, sample);
     if (sample >= setting(c, SETTING_sample_end)) return QUEUE_NONE;
     const uint width = setting(c, SETTING_width), height = setting(c, SETTING_height);

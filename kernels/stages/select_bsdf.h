@@ -57,11 +57,24 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     u.w = fmin(1 - u.x, (real)ONE_MINUS_EPSILON);
     result.rest = u.w;
 #endif
+#ifdef PATHU_turn
+    // The first hit's lobes take turns; behind it, one at random.
+    const uint turn = path_turn(c, slot);
+    if (depth == 1 && setting(c, SETTING_split)) u.w = LOBE_NUMBER(turn);
+    result.offered = 0;
+#endif
     MATERIAL_ENTRY(&sg, u.w, &result);
+#ifdef PATHU_turn
+    if (depth == 1 && result.offered > 1) path_set_turn(c, slot, turn, min(result.offered, 0xffffu));
+    // What the first hit emits and leaves out counts once.
+    const int first_turn = depth > 1 || turn == 0;
+#else
+    const int first_turn = 1;
+#endif
     real3 beta = path_get3(c, PATH_beta, slot);
 #ifdef MATERIAL_EMITS
     const real3 Le = emitted(&result, dark_side(c, sg.backfacing));
-    if (!is_zero3(Le)) {
+    if (first_turn && !is_zero3(Le)) {
         real weight = 1;
 #ifdef HAS_LIGHTS
         real pdf = path_get(c, PATH_pdf, slot);
@@ -75,7 +88,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     }
 #endif
 #ifdef PATH_hole
-    path_set(c, PATH_hole, slot, path_get(c, PATH_hole, slot) + dot(beta * result.holdout, (real3)(1.0 / 3)));
+    if (first_turn) path_set(c, PATH_hole, slot, path_get(c, PATH_hole, slot) + dot(beta * result.holdout, (real3)(1.0 / 3)));
 #endif
     // The next event would be one edge longer than allowed.
     if (depth >= setting(c, SETTING_max_depth) || result.lobe.type == LOBE_NONE) return QUEUE_done;

@@ -7,7 +7,7 @@ mod table;
 mod values;
 
 pub use table::{PROFILES, Row, TABLE, markdown};
-pub use values::{Intersection, LightChoice, Maths, MipBias, PathState, Sampler, TextureFilter, TreeQuality};
+pub use values::{Intersection, LightChoice, Lobes, Maths, MipBias, PathState, Sampler, TextureFilter, Threshold, TreeQuality};
 
 use crate::plan::{Effect, Overrides};
 use crate::precision::Precision;
@@ -24,6 +24,8 @@ pub struct Choices {
     pub intersection: Intersection,
     /// State of paths.
     pub path_state: PathState,
+    /// Lobes of a path's first hit.
+    pub lobes: Lobes,
     /// Random numbers.
     pub sampler: Sampler,
     /// Choice among lights.
@@ -40,6 +42,8 @@ pub struct Choices {
     pub depth: Option<u32>,
     /// Bounce from which Russian roulette may end paths, `u32::MAX`: never; `None`: the scene's.
     pub roulette: Option<u32>,
+    /// Relative error at which a tile of pixels gets no more samples; `None`: all pixels get as many.
+    pub adaptive: Option<Threshold>,
     /// Effects that are on or off whatever the scene calls for. No setting of the table.
     pub overrides: Overrides,
 }
@@ -51,6 +55,7 @@ impl Default for Choices {
             maths: Maths::default(),
             intersection: Intersection::default(),
             path_state: PathState::default(),
+            lobes: Lobes::default(),
             sampler: Sampler::default(),
             lights: LightChoice::default(),
             environment_map: 512,
@@ -59,6 +64,7 @@ impl Default for Choices {
             tree: TreeQuality::default(),
             depth: None,
             roulette: None,
+            adaptive: None,
             overrides: Overrides::default(),
         }
     }
@@ -135,6 +141,8 @@ impl Choices {
             ("intersection", "f64") => self.intersection = Intersection::Double,
             ("path_state", "float") => self.path_state = PathState::Float,
             ("path_state", "half") => self.path_state = PathState::Half,
+            ("lobes", "one") => self.lobes = Lobes::One,
+            ("lobes", "all") => self.lobes = Lobes::All,
             ("sampler", "independent") => self.sampler = Sampler::Independent,
             ("sampler", "sobol") => self.sampler = Sampler::Sobol,
             ("lights", "power") => self.lights = LightChoice::Power,
@@ -158,6 +166,8 @@ impl Choices {
             ("depth", _) => self.depth = Some(number(1, 4096)?),
             ("roulette", "off") => self.roulette = Some(u32::MAX),
             ("roulette", _) => self.roulette = Some(number(1, 4096)?),
+            ("adaptive", "off") => self.adaptive = None,
+            ("adaptive", _) => self.adaptive = Some(Threshold::parse(value).ok_or_else(refuse)?),
             _ if TABLE.iter().any(|row| row.name == name) => return Err(refuse()),
             _ => {
                 let suggestion = oslcl_compiler::suggest::closest(name, TABLE.iter().map(|row| row.name));

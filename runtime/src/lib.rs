@@ -4,6 +4,7 @@
 
 pub mod accel;
 pub mod accuracy;
+pub mod adaptive;
 pub mod assemble;
 mod attributes;
 pub mod builders;

@@ -34,6 +34,11 @@ pub(crate) fn code(artifact: &Artifact) -> &str {
     artifact.spirv.as_ref().map_or(&artifact.code, |s| &s.bridge)
 }
 
+/// Whether an artifact's text has several lobes, of which it picks one (kernels/bsdf/pick.h).
+pub(crate) fn chooses_lobes(code: &str) -> bool {
+    code.contains("lobe_offer(")
+}
+
 /// The macros as text.
 pub(crate) fn text(artifact: &Artifact) -> String {
     macros(artifact).iter().map(|m| format!("#define {m}\n")).collect()

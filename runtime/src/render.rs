@@ -2,6 +2,7 @@
 //!
 //! In: a scene, a device, settings. Out: a picture and a summary. It must not know the command line or picture files.
 
+use crate::adaptive;
 use crate::choices::Choices;
 use crate::device::Device;
 use crate::film::Picture;
@@ -108,8 +109,10 @@ pub enum Progress {
 pub struct Summary {
     /// Name of the device.
     pub device: String,
-    /// Samples per pixel taken.
+    /// Samples per pixel taken; where pixels may end early, the most.
     pub samples: u32,
+    /// What came of that.
+    pub adaptive: Option<adaptive::Outcome>,
     /// Compiling materials.
     pub compile_time: Duration,
     /// Building programs.

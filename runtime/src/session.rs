@@ -6,6 +6,7 @@
 //! names, of materials on surfaces and around them; [`crate::render::render`] binds them like all others.
 
 use crate::accel::{self, Geometry};
+use crate::adaptive::Adaptive;
 use crate::device::Device;
 use crate::film::Picture;
 use crate::materials::{Compiled, binding};
@@ -240,24 +241,43 @@ impl<'a> Session<'a> {
 
         let start = Instant::now();
         let wanted = self.samples;
-        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-        let mut report = |counts: &Counts| {
-            let total = pixels * u64::from(wanted);
-            watch(&Progress::Rendering { counts: *counts, total, elapsed: start.elapsed() });
-        };
-        let mut done = 0;
-        while done < wanted {
+        let channels = plan.layout.film_channels() as usize;
+        let (width, height) = (scene.film.width as usize, scene.film.height as usize);
+        let threshold = plan.choices.adaptive.filter(|_| plan.is_asked(Effect::Adaptive));
+        let mut adaptive = threshold.map(|t| Adaptive::new(t.error(), width, height, channels));
+        // Samples that are done of each pixel that goes on, and how many pixels that is.
+        let (mut done, mut pixels) = (0, (width * height) as u64);
+        let mut taken = 0;
+        while done < wanted && pixels > 0 {
+            let end = adaptive.as_ref().map_or(wanted, |a| a.next_look().min(wanted));
             let next = match self.options.time_limit {
-                None => wanted - done,
-                Some(limit) => render::next_pass(done, wanted, start.elapsed(), limit),
+                None => end - done,
+                Some(limit) => render::next_pass(done, end, start.elapsed(), limit),
             };
             if next == 0 {
                 break;
             }
+            let total = taken + pixels * u64::from(wanted - done);
+            let mut report = |counts: &Counts| {
+                watch(&Progress::Rendering { counts: *counts, total, elapsed: start.elapsed() });
+            };
             wavefront.render(done, done + next, &mut report)?;
             done += next;
+            taken += pixels * u64::from(next);
+            if let Some(adaptive) = adaptive.as_mut().filter(|_| done == end && done < wanted) {
+                adaptive.look(done, &wavefront.resolve(1)?);
+                let going_on = adaptive.going_on();
+                wavefront.go_on_with(&going_on)?;
+                pixels = going_on.len() as u64;
+            }
         }
-        let data = wavefront.resolve(done)?;
+        let (data, adaptive) = match adaptive {
+            Some(adaptive) => {
+                let (data, outcome) = adaptive.finish(done, wanted, &wavefront.resolve(1)?);
+                (data, Some(outcome))
+            }
+            None => (wavefront.resolve(done)?, None),
+        };
         let render_time = start.elapsed();
         let counts = wavefront.counts()?;
         let (words, lost) = wavefront.messages()?;
@@ -272,7 +292,6 @@ impl<'a> Session<'a> {
         self.heard.give(&mut messages);
         wavefront.log_times();
         let bytes_per_path = plan.layout.bytes_per_path(self.options.choices.precision.real_bytes());
-        let channels = plan.layout.film_channels() as usize;
         let mut picture = render::picture(scene, &self.options, self.seed, done, &data, channels);
         if !plan.is_asked(Effect::Holdout) {
             // Full everywhere.
@@ -283,6 +302,7 @@ impl<'a> Session<'a> {
         let summary = Summary {
             device: device.info.name.clone(),
             samples: done,
+            adaptive,
             compile_time: self.compile_time,
             build_time,
             geometry_time,

@@ -120,6 +120,7 @@ pub fn variations(scene: &Scene, plan: &Plan, samples: u32) -> Vec<Variation> {
 fn tried(name: &str, values: &[&str], scene: &Scene, plan: &Plan) -> Vec<String> {
     let list = |values: &[&str]| values.iter().map(|v| (*v).to_owned()).collect();
     match name {
+        "lobes" if !plan.chooses_lobes() => Vec::new(),
         "lights" if !plan.has(Effect::Lights) => Vec::new(),
         "environment_map" if !plan.has(Effect::EnvironmentSampling) => Vec::new(),
         "environment_map" => list(&["64", "128", "256", "1024", "2048"]),
@@ -132,6 +133,7 @@ fn tried(name: &str, values: &[&str], scene: &Scene, plan: &Plan) -> Vec<String>
             shorter.map(|d| d.to_string()).collect()
         }
         "roulette" => list(&["2", "5", "off"]),
+        "adaptive" => list(&["0.2", "0.1", "0.05", "0.02"]),
         _ => list(values),
     }
 }

@@ -7,6 +7,7 @@
 //! that, but two pictures a and b of as many samples each, with other random numbers, tell it: their mean is off by a quarter of
 //! (a - b)^2. What noise does not tell, such as a shorter path, is not in it.
 
+use crate::choices::Choices;
 use crate::device::Device;
 use crate::film::Picture;
 use crate::render::{Error, Options, Summary};
@@ -80,7 +81,8 @@ fn next(done: u32, error: f64, target: f64) -> u32 {
 }
 
 /// Renders until the error is at most `target`, or until no more samples can be taken. `watch` hears the samples per pixel so far,
-/// their error (infinite before the first) and the samples that come next.
+/// their error (infinite before the first) and the samples that come next. All pixels get as many samples: `adaptive` is another way to
+/// an error.
 pub fn render(
     scene: &Scene,
     device: &Device,
@@ -88,6 +90,7 @@ pub fn render(
     target: f64,
     watch: &mut dyn FnMut(u32, f64, u32),
 ) -> Result<(Picture, Summary, Reached), Error> {
+    let options = &Options { choices: Choices { adaptive: None, ..options.choices }, ..*options };
     let mut session = Session::new(scene, device, options)?;
     let seed = scene.integrator.seed;
     let (mut a, mut b) = (Half::default(), Half::default());

@@ -35,6 +35,9 @@ const PATHS_GPU: u32 = 1 << 22;
 /// Reals of a slot's film: sums of four channels, and what each has lost (kernels/stages/accumulate.h).
 const FILM_REALS: u64 = 8;
 
+/// Most lobes that a hit can offer (kernels/context.h).
+const MOST_TURNS: u64 = 0xffff;
+
 /// Rounds of stages between two looks at the queues.
 const ROUNDS_CPU: u32 = 2;
 const ROUNDS_GPU: u32 = 8;
@@ -94,7 +97,7 @@ pub struct Counts {
     pub rays: u64,
     /// Rays that looked whether a light is free.
     pub shadow_rays: u64,
-    /// Paths finished.
+    /// Samples finished.
     pub samples: u64,
     /// Slots that a full queue did not take; always 0.
     pub dropped: u32,
@@ -122,6 +125,8 @@ pub struct Wavefront<'a> {
     kernels: &'a Kernels,
     spread: Spread,
     pixels: u64,
+    /// How many of them go on: those that the buffer of pixels lists.
+    going_on: u64,
     buffers: HashMap<BufferId, Buffer>,
     settings: [u32; Setting::ALL.len()],
     environment: Option<MaterialId>,
@@ -144,12 +149,14 @@ impl<'a> Wavefront<'a> {
         spread: Spread,
     ) -> Result<Wavefront<'a>, Error> {
         let _span = tracing::info_span!("upload").entered();
+        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         let mut wavefront = Wavefront {
             device,
             plan,
             kernels,
             spread,
-            pixels: u64::from(scene.film.width) * u64::from(scene.film.height),
+            pixels,
+            going_on: pixels,
             buffers: HashMap::new(),
             settings: settings(scene, plan, geometry, spread),
             environment: scene.environment,
@@ -196,7 +203,7 @@ impl<'a> Wavefront<'a> {
         let empty = || device.buffer(name, size(id, self.plan, self.pixels, g, s, self.spread));
         let reals = |data: &[f64]| upload_reals(device, name, data, self.precision());
         match id {
-            BufferId::Path | BufferId::PathHalf | BufferId::PathUint | BufferId::Queues => empty(),
+            BufferId::Path | BufferId::PathUint | BufferId::Queues => empty(),
             BufferId::EnvironmentCells | BufferId::EnvironmentAlias => empty(),
             BufferId::Counters => device.upload(name, &vec![0u32; self.plan.layout.counter_words()]),
             BufferId::Settings => device.upload(name, &self.settings),
@@ -222,6 +229,7 @@ impl<'a> Wavefront<'a> {
                 device.clear(&mut film)?;
                 Ok(film)
             }
+            BufferId::Pixels => device.upload(name, &(0..self.pixels as u32).collect::<Vec<u32>>()),
             BufferId::Nodes => device.upload(name, &g.nodes),
             BufferId::Triangles => reals(&g.triangles),
             BufferId::TriangleIds => device.upload(name, &g.triangle_ids),
@@ -301,12 +309,21 @@ impl<'a> Wavefront<'a> {
         self.device.finish()
     }
 
-    /// Renders samples `first..end` of every pixel. `watch` hears now and then what is done so far.
+    /// From now on only these pixels get samples: for plans with the effect `adaptive`.
+    pub fn go_on_with(&mut self, pixels: &[u32]) -> Result<(), Error> {
+        if let Some(buffer) = self.buffers.get_mut(&BufferId::Pixels) {
+            self.device.write(buffer, pixels)?;
+            self.going_on = pixels.len() as u64;
+        }
+        Ok(())
+    }
+
+    /// Renders samples `first..end` of every pixel that goes on. `watch` hears now and then what is done so far.
     pub fn render(&mut self, first: u32, end: u32, watch: &mut dyn FnMut(&Counts)) -> Result<(), Error> {
         let per_batch = u64::from(self.spread.paths / self.spread.slots_per_pixel);
         let mut pixel = 0;
-        while pixel < self.pixels {
-            let count = per_batch.min(self.pixels - pixel);
+        while pixel < self.going_on {
+            let count = per_batch.min(self.going_on - pixel);
             self.set(Setting::PixelFirst, pixel as u32);
             self.set(Setting::Slots, (count * u64::from(self.spread.slots_per_pixel)) as u32);
             self.set(Setting::SampleFirst, first);
@@ -333,7 +350,9 @@ impl<'a> Wavefront<'a> {
     fn batch(&self, watch: &mut dyn FnMut(&Counts)) -> Result<(), Error> {
         let rounds = if self.device.info.kind == DeviceKind::Gpu { ROUNDS_GPU } else { ROUNDS_CPU };
         let samples = self.settings[place(Setting::SampleEnd)] - self.settings[place(Setting::SampleFirst)];
-        let most = u64::from(samples) * u64::from(self.settings[place(Setting::MaxDepth)]) + u64::from(rounds);
+        let turns = if self.plan.is_asked(Effect::SplitLobes) { MOST_TURNS } else { 1 };
+        let paths = u64::from(samples) * turns;
+        let most = paths * u64::from(self.settings[place(Setting::MaxDepth)]) + u64::from(rounds);
         self.stage(Stage::RayGen, None, START)?;
         for _ in 0..=most.div_ceil(u64::from(rounds)) {
             for _ in 0..rounds {
@@ -415,7 +434,8 @@ impl<'a> Wavefront<'a> {
         Counts {
             rays: wide(Counter::Rays),
             shadow_rays: wide(Counter::ShadowRays),
-            samples: wide(Counter::Samples),
+            // Turns behind a sample's first are paths of the same sample.
+            samples: wide(Counter::Samples).saturating_sub(wide(Counter::Turns)),
             dropped: word(Counter::Dropped),
             repaired: word(Counter::Repaired),
             clamped: word(Counter::Clamped),
@@ -445,7 +465,7 @@ impl<'a> Wavefront<'a> {
         }
     }
 
-    /// The picture, the mean of `samples` samples a pixel: rows from the top, channels interleaved.
+    /// The picture, the mean of `samples` samples a pixel (1: their sums): rows from the top, channels interleaved.
     pub fn resolve(&self, samples: u32) -> Result<Vec<f64>, Error> {
         let numbers = self.pixels as usize * self.plan.layout.film_channels() as usize;
         let picture = self.device.buffer("picture", numbers as u64 * self.precision().real_bytes())?;
@@ -466,7 +486,6 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
     let words = |count: usize| 4 * count as u64;
     match id {
         BufferId::Path => reals(paths * u64::from(layout.reals_per_path())),
-        BufferId::PathHalf => 2 * paths * u64::from(layout.halves_per_path()),
         BufferId::PathUint => 4 * paths * u64::from(layout.uints_per_path()),
         BufferId::Queues => 4 * paths * u64::from(layout.queue_count()),
         BufferId::Counters => words(layout.counter_words()),
@@ -474,6 +493,7 @@ fn size(id: BufferId, plan: &Plan, pixels: u64, g: &Geometry, s: &Supplied<'_>, 
         BufferId::Constants => reals(Constant::total() as u64),
         // Sums and what their rounding lost.
         BufferId::Film => reals(FILM_REALS * pixels * u64::from(spread.slots_per_pixel)),
+        BufferId::Pixels => 4 * pixels,
         BufferId::Nodes => words(g.nodes.len()),
         BufferId::Triangles => reals(g.triangles.len() as u64),
         BufferId::TriangleIds => words(g.triangle_ids.len()),
@@ -556,6 +576,7 @@ fn settings(scene: &Scene, plan: &Plan, geometry: &Geometry, spread: Spread) -> 
             _ => 0,
         },
         Setting::TwoSided => u32::from(plan.is_asked(Effect::TwoSidedEmission)),
+        Setting::Split => u32::from(plan.is_asked(Effect::SplitLobes)),
         Setting::SlotsPerPixel => spread.slots_per_pixel,
         Setting::Slots | Setting::PixelFirst | Setting::SampleFirst | Setting::SampleEnd => 0,
     })

@@ -493,12 +493,14 @@ fn choices_are_checked_and_change_what_they_should() {
     let at = Folder::new("choices");
     at.write("s.toml", square("shader = \"matte\""));
     for (args, parts) in [
-        (["--set", "samplr=sobol"], ["--set samplr=sobol", "did you mean `sampler`?"]),
-        (["--set", "sampler"], ["--set sampler", "NAME=VALUE"]),
-        (["--set", "environment_map=100"], ["cannot be `100`", "a power of two"]),
-        (["--profile", "best"], ["--profile best", "draft, standard, reference"]),
+        (&["--set", "samplr=sobol"][..], ["--set samplr=sobol", "did you mean `sampler`?"]),
+        (&["--set", "sampler"], ["--set sampler", "NAME=VALUE"]),
+        (&["--set", "environment_map=100"], ["cannot be `100`", "a power of two"]),
+        (&["--set", "adaptive=2"], ["cannot be `2`", "a relative error from 0.0001 to 1"]),
+        (&["--set", "adaptive=0.1", "--target-error", "0.1"], ["--target-error", "choose one"]),
+        (&["--profile", "best"], ["--profile best", "draft, standard, reference"]),
     ] {
-        let run = at.oslcl(&[&["render", "s.toml", "-o", "p.exr", "--spp", "1"][..], &args[..]].concat());
+        let run = at.oslcl(&[&["render", "s.toml", "-o", "p.exr", "--spp", "1"][..], args].concat());
         fails(&run, 2, &parts);
     }
     let picture = |name: &str, args: &[&str]| {
@@ -512,6 +514,12 @@ fn choices_are_checked_and_change_what_they_should() {
     assert_eq!(picture("last", &["--set", "sampler=independent", "--set", "sampler=sobol"]), plain);
     assert_ne!(picture("short", &["--set", "depth=1"]), plain);
     picture("draft", &["--profile", "draft"]);
+    // The open wall of one colour has no noise: of 64 samples, 24.
+    let run = at.oslcl(&["render", "s.toml", "-o", "ended.exr", "--spp", "64", "--set", "adaptive=0.1"]);
+    succeeds(&run);
+    for part in ["adaptive   ", "% of the samples saved", "an error below 0.1"] {
+        assert!(run.out.contains(part) || run.err.contains(part), "{} {}", run.out, run.err);
+    }
     picture("reference", &["--profile", "reference"]);
 }
 

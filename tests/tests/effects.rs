@@ -41,10 +41,10 @@ struct Made {
     warnings: Vec<String>,
 }
 
-fn make(scene: &Scene, force: &[Effect], without: &[Effect], precision: Precision) -> Made {
+fn make(scene: &Scene, force: &[Effect], without: &[Effect], choices: impl Into<Choices>) -> Made {
     let device = device().lock().unwrap_or_else(|e| e.into_inner());
     let overrides = Overrides::new(force.iter().copied(), without.iter().copied());
-    let options = Options { choices: Choices { overrides, ..precision.into() }, ..Options::default() };
+    let options = Options { choices: Choices { overrides, ..choices.into() }, ..Options::default() };
     let mut session = Session::new(scene, &device, &options).unwrap_or_else(|e| panic!("{force:?} {without:?}: {e}"));
     // Where it is not interactive it keeps its value.
     let _ = session.set(MaterialId(0), "live", &ParamValue::Float(0.25));
@@ -267,6 +267,12 @@ fn needs(effect: Effect) -> Scene {
             ),
             FLAT_SKY,
         ),
+        SplitLobes => lit("surface d() { Ci = color(0.5, 0, 0.2) * diffuse(N) + color(0, 0.5, 0) * oren_nayar(N, 0.4); }"),
+        Adaptive => {
+            let mut scene = lit(WHITE);
+            scene.integrator.samples = 64;
+            scene
+        }
         DoublePrecision | SharedCubes | TrustedNormals => lit(WHITE),
     }
 }
@@ -327,6 +333,8 @@ fn symbols(effect: Effect) -> (&'static [&'static str], &'static [&'static str],
         PointClouds => (&["cloud_nearest("], &["clouds"], &[]),
         Textures => (&["texture_node("], &["textures"], &[]),
         Holdout => (&["PATH_hole"], &[], &[]),
+        SplitLobes => (&["PATHU_turn"], &[], &[]),
+        Adaptive => (&["c->pixels["], &["pixels"], &[]),
         LobeThinFilm => (&["PATH_lobe_film"], &[], &[]),
         LobeDiffuse => (&["diffuse_eval("], &[], &[]),
         LobeOrenNayar => (&["oren_nayar_eval("], &[], &[]),
@@ -489,9 +497,15 @@ fn removed_is_missed(effects: impl Iterator<Item = Effect>) {
     let mut wrong = Vec::new();
     for effect in effects {
         let scene = needs(effect);
-        let precision = if effect == Effect::DoublePrecision { Precision::Reference } else { Precision::Standard };
-        let with = make(&scene, &[], &[], precision);
-        let without = make(&scene, &[], &[effect], precision);
+        let mut choices = Choices::default();
+        match effect {
+            Effect::DoublePrecision => choices.precision = Precision::Reference,
+            Effect::SplitLobes => choices.set("lobes", "all").expect("a value"),
+            Effect::Adaptive => choices.set("adaptive", "0.5").expect("a value"),
+            _ => {}
+        }
+        let with = make(&scene, &[], &[], choices);
+        let without = make(&scene, &[], &[effect], choices);
         let (texts, buffers, stages) = symbols(effect);
         let (code, left) = (live(&with.text), live(&without.text));
         if !is_defined(&code, effect) {

@@ -42,6 +42,12 @@ pub const TABLE: &[Row] = &[
                16 bits, which moves a path's weight by up to 1 part in 2,000 a bounce and saves memory traffic.",
     },
     Row {
+        name: "lobes",
+        values: &["one", "all"],
+        text: "Where a path first meets a surface: one of the material's lobes at random; a path for each, less noise where none \
+               of several dominates, and longer paths in all.",
+    },
+    Row {
         name: "sampler",
         values: &["sobol", "independent"],
         text: "Random numbers: Owen-scrambled Sobol points, which cover a pixel's samples evenly; independent ones, quicker to \
@@ -82,6 +88,11 @@ pub const TABLE: &[Row] = &[
         name: "roulette",
         values: &["the scene's", "a bounce", "off"],
         text: "The bounce from which Russian roulette may end weak paths: no bias, more noise, less time.",
+    },
+    Row {
+        name: "adaptive",
+        values: &["off", "a relative error from 0.0001 to 1"],
+        text: "All pixels get as many samples; or tiles of 8 x 8 pixels get no more once their relative error seems to be below this.",
     },
 ];
 

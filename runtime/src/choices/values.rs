@@ -34,6 +34,16 @@ pub enum PathState {
     Half,
 }
 
+/// Which lobes of a path's first hit are followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Lobes {
+    /// One, at random.
+    #[default]
+    One,
+    /// Each, by a path of its own.
+    All,
+}
+
 /// Where random numbers come from (kernels/random.h).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Sampler {
@@ -80,6 +90,23 @@ pub enum TextureFilter {
     Bilinear,
     /// By cubics, of 4 x 4.
     Bicubic,
+}
+
+/// A relative error, in millionths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Threshold(u32);
+
+impl Threshold {
+    /// Reads a number from 0.0001 to 1.
+    pub fn parse(text: &str) -> Option<Threshold> {
+        let error = text.parse::<f64>().ok().filter(|x| (1e-4..=1.0).contains(x))?;
+        Some(Threshold((1e6 * error).round() as u32))
+    }
+
+    /// As a part of 1.
+    pub fn error(self) -> f64 {
+        f64::from(self.0) / 1e6
+    }
 }
 
 /// A number of levels of detail, in thousandths: positive is coarser.

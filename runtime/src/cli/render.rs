@@ -3,6 +3,7 @@
 use super::args::RenderArgs;
 use super::{Error, cache, choices, report, terminal};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use oslcl_runtime::adaptive::Outcome;
 use oslcl_runtime::choices::PathState;
 use oslcl_runtime::film;
 use oslcl_runtime::materials;
@@ -28,6 +29,15 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     // Better to hear of it now than after the work.
     film::check_output(&args.output)?;
     let choices = choices::of(&args.choices)?;
+    // That of a profile gives way.
+    let asks = |text: &String| text.trim_start().starts_with("adaptive");
+    if args.target_error.is_some() && choices.adaptive.is_some() && args.choices.set.iter().any(asks) {
+        return Err(Error::Usage(
+            "`--target-error` takes as many samples of all pixels, `--set adaptive` different ones: choose one; \
+             adaptive=ERROR with a large --spp stops as well"
+                .to_owned(),
+        ));
+    }
     let mut scene = load(&args.scene)?;
     choices.apply(&mut scene.integrator);
     override_by(&mut scene, args);
@@ -76,6 +86,17 @@ fn picked(r: &Reached, wanted: f64) -> String {
     format!(
         "error      {:.5} for {wanted}{missed}: {} samples per pixel were picked, after an error of {first:.5} at {samples}\n",
         r.error, r.samples
+    )
+}
+
+/// What ending pixels early came to.
+fn adapted(a: &Outcome) -> String {
+    let (tiles, reached) = a.tiles;
+    let (least, most, mean) = a.samples;
+    format!(
+        "adaptive   {:.1} % of the samples saved: {least} to {most} a pixel, {mean:.1} in the mean; {reached} of {tiles} tiles have \
+         an error below {}\n",
+        100.0 * a.saved, a.threshold
     )
 }
 
@@ -181,8 +202,12 @@ fn describe(args: &RenderArgs, scene: &Scene, s: &Summary) -> String {
     let effects: Vec<&str> = s.plan.decisions.iter().filter(|d| d.is_on()).map(|d| d.effect.name()).collect();
     let seconds = s.render_time.as_secs_f64();
     let wanted = scene.integrator.samples;
-    let stopped = if s.samples < wanted { format!(" of {wanted}, stopped by --time") } else { String::new() };
+    let in_time = s.samples == wanted || s.adaptive.is_some_and(|a| a.tiles.0 == a.tiles.1);
+    let stopped = if in_time { String::new() } else { format!(" of {wanted}, stopped by --time") };
     let _ = writeln!(out, "picture    {}, {} samples per pixel{stopped}", args.output.display(), s.samples);
+    if let Some(outcome) = &s.adaptive {
+        out.push_str(&adapted(outcome));
+    }
     let _ = writeln!(out, "device     {}", s.device);
     let _ = writeln!(out, "effects    {}", effects.join(", "));
     let _ = writeln!(

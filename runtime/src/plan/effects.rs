@@ -5,7 +5,8 @@
 use super::asker::Asker;
 use super::overrides::Overrides;
 use crate::accel;
-use crate::choices::{Choices, TextureFilter};
+use crate::choices::{Choices, Lobes, TextureFilter};
+use crate::preamble;
 use crate::scene::{Filter, MaterialId, Scene};
 use oslcl_compiler::attributes::asked;
 use oslcl_compiler::{Artifact, Radiance, reflect};
@@ -93,6 +94,8 @@ effects! {
     LobeSheen: "lobe_sheen", "a lobe of the BSDFs";
     LobeChiangHair: "lobe_chiang_hair", "a lobe of the BSDFs";
     LobeThinFilm: "lobe_thin_film", "thin films on the lobes";
+    SplitLobes: "split_lobes", "a path for each lobe of the first hit";
+    Adaptive: "adaptive", "pixels that have had enough samples are left alone";
     DoublePrecision: "double_precision", "64-bit arithmetic";
 }
 
@@ -113,7 +116,7 @@ impl Effect {
             TextureCubic | TextureClosest => &[Textures],
             TraceSets | TraceNames => &[Traces],
             Surfaces | ThinLens | TentFilter | MiddleFilter | Environment | Derivatives | CameraSpace | OtherSpaces
-            | Interactive | Messages | PointClouds | Textures | DoublePrecision => &[],
+            | Interactive | Messages | PointClouds | Textures | Adaptive | DoublePrecision => &[],
             _ => &[Surfaces],
         }
     }
@@ -157,6 +160,8 @@ impl Effect {
             LobeTransparent => "surfaces block what should pass straight through them",
             LobeRefraction => "no light is refracted through the surfaces",
             LobeThinFilm => "there are no colours of thin films",
+            SplitLobes => "one lobe at random of the first hit is followed: the same light, in another time",
+            Adaptive => "all pixels get as many samples: the same light, later",
             DoublePrecision => "arithmetic has 32 bits",
             _ => "this part of the reflection is black",
         }
@@ -164,7 +169,7 @@ impl Effect {
 
     /// Whether a picture without it is right in the mean, and only takes longer to get there.
     pub fn keeps_mean(self) -> bool {
-        matches!(self, Lights | VaryingLights | EnvironmentSampling | Roulette | Instances)
+        matches!(self, Lights | VaryingLights | EnvironmentSampling | Roulette | Instances | SplitLobes | Adaptive)
     }
 
     /// The effect of a filter of the film; `None`: the box, which is always there.
@@ -263,6 +268,17 @@ pub(super) fn decide(scene: &Scene, materials: &[Option<Artifact>], choices: &Ch
     }
     if let Some(bounce) = scene.integrator.roulette_from {
         ask(Roulette, Asker::setting("integrator", format!("roulette = {bounce}")));
+    }
+    if choices.lobes == Lobes::All {
+        for instance in &scene.instances {
+            let index = instance.material.0 as usize;
+            if materials[index].as_ref().is_some_and(|m| preamble::chooses_lobes(preamble::code(m))) {
+                ask(SplitLobes, who(scene, index).because("lobes = all, of which it has several"));
+            }
+        }
+    }
+    if let Some(threshold) = choices.adaptive {
+        ask(Adaptive, Asker::setting("adaptive", threshold.error().to_string()));
     }
     if double {
         ask(DoublePrecision, Asker::setting("precision", "reference"));

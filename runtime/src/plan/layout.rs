@@ -27,7 +27,7 @@ const fn short(name: &'static str, numbers: u32, needs: &'static [Effect]) -> Fi
     Field { name, numbers, needs, half: true }
 }
 
-/// Bit of a field's place: its record is one of halves (kernels/context.h).
+/// Bit of a field's place: it is one of the halves behind the reals (kernels/context.h).
 const FIELD_HALF: u32 = 0x8000_0000;
 
 const DIRECT: &[Effect] = &[Lights, EnvironmentSampling];
@@ -99,6 +99,7 @@ const UINTS: &[Field] = &[
     field("lobe", 1, &[Surfaces]),
     field("raytype", 1, &[RayType]),
     field("light", 1, &[VaryingLights, EnvironmentSampling]),
+    field("turn", 1, &[SplitLobes]),
 ];
 
 /// A buffer that all stages see.
@@ -106,13 +107,13 @@ const UINTS: &[Field] = &[
 #[allow(missing_docs)] // The names are those of the kernels, which say what each holds.
 pub enum BufferId {
     Path,
-    PathHalf,
     PathUint,
     Queues,
     Counters,
     Settings,
     Constants,
     Film,
+    Pixels,
     Nodes,
     Triangles,
     TriangleIds,
@@ -144,13 +145,13 @@ type BufferRow = (BufferId, &'static str, &'static str, &'static [Effect]);
 
 const BUFFERS: &[BufferRow] = &[
     (BufferId::Path, "path", "__global real *", &[]),
-    (BufferId::PathHalf, "path_half", "__global half *", &[]),
     (BufferId::PathUint, "path_uint", "__global uint *", &[]),
     (BufferId::Queues, "queues", "__global uint *", &[]),
     (BufferId::Counters, "counters", "volatile __global uint *", &[]),
     (BufferId::Settings, "settings", "__global const uint *", &[]),
     (BufferId::Constants, "constants", "__global const real *", &[]),
     (BufferId::Film, "film", "__global real *", &[]),
+    (BufferId::Pixels, "pixels", "__global const uint *", &[Adaptive]),
     (BufferId::Nodes, "nodes", "__global const float4 *", &[Surfaces]),
     (BufferId::Triangles, "triangles", "__global const real4 *", &[Surfaces]),
     (BufferId::TriangleIds, "triangle_ids", "__global const uint *", &[Surfaces]),
@@ -194,11 +195,12 @@ pub enum Setting {
     SampleEnd,
     Filter,
     TwoSided,
+    Split,
 }
 
 impl Setting {
     /// All, in the order of the buffer.
-    pub const ALL: [(Setting, &'static str); 13] = [
+    pub const ALL: [(Setting, &'static str); 14] = [
         (Setting::Width, "width"),
         (Setting::Height, "height"),
         (Setting::Seed, "seed"),
@@ -212,6 +214,7 @@ impl Setting {
         (Setting::SampleEnd, "sample_end"),
         (Setting::Filter, "filter"),
         (Setting::TwoSided, "two_sided"),
+        (Setting::Split, "split"),
     ];
 }
 
@@ -269,15 +272,17 @@ pub enum Counter {
     Dropped,
     Repaired,
     Clamped,
+    Turns,
 }
 
-const COUNTERS: [(Counter, &str, u32); 6] = [
+const COUNTERS: [(Counter, &str, u32); 7] = [
     (Counter::Rays, "rays", 2),
     (Counter::ShadowRays, "shadow_rays", 2),
     (Counter::Samples, "samples", 2),
     (Counter::Dropped, "dropped", 1),
     (Counter::Repaired, "repaired", 1),
     (Counter::Clamped, "clamped", 1),
+    (Counter::Turns, "turns", 2),
 ];
 
 /// Everything's place.
@@ -322,30 +327,37 @@ impl Layout {
     }
 
     /// The fields that exist with their places in the records of their kind, and the numbers that records have: of words or reals,
-    /// and of halves. Triples of reals lie at multiples of four, before the rest; so does the record behind the last.
+    /// and of halves, which are counted from the first. Triples lie at multiples of four, before the rest.
     fn places(&self, fields: &'static [Field]) -> (Vec<(&'static Field, u32)>, u32, u32) {
         let (mut at, mut half, mut places) = (0, 0, Vec::new());
-        let wide = |f: &Field| f.numbers == 3 && !self.is_half(f);
-        let existing = |first: bool| fields.iter().filter(move |f| self.has(f.needs) && wide(f) == first);
+        let triple = |f: &Field| f.numbers == 3;
+        let existing = |first: bool| fields.iter().filter(move |f| self.has(f.needs) && triple(f) == first);
         for field in existing(true).chain(existing(false)) {
-            let place = if self.is_half(field) { FIELD_HALF | half } else { at };
-            places.push((field, place));
+            let numbers = if triple(field) { 4 } else { field.numbers };
             match self.is_half(field) {
-                true => half += field.numbers,
-                false => at += if wide(field) { 4 } else { field.numbers },
+                true => {
+                    places.push((field, FIELD_HALF | half));
+                    half += numbers;
+                }
+                false => {
+                    places.push((field, at));
+                    at += numbers;
+                }
             }
         }
         (places, at, half)
     }
 
-    /// Reals of a path.
-    pub fn reals_per_path(&self) -> u32 {
-        self.places(REALS).1.next_multiple_of(4)
+    /// The real of a path's record where halves begin: so that four of them lie as they are read.
+    fn halves_first(&self) -> u32 {
+        self.places(REALS).1.next_multiple_of(2)
     }
 
-    /// Halves of a path.
-    pub fn halves_per_path(&self) -> u32 {
-        self.places(REALS).2
+    /// Reals of a path, those that hold halves included: with 32 bits two each. The record behind begins at a multiple of four.
+    pub fn reals_per_path(&self) -> u32 {
+        let (_, reals, halves) = self.places(REALS);
+        let all = if halves > 0 { self.halves_first() + halves.div_ceil(2) } else { reals };
+        all.next_multiple_of(4)
     }
 
     /// Unsigned ints of a path.
@@ -381,9 +393,7 @@ impl Layout {
 
     /// Bytes that a path in flight takes: its records and its places in the queues.
     pub fn bytes_per_path(&self, real_bytes: u64) -> u64 {
-        u64::from(self.reals_per_path()) * real_bytes
-            + 2 * u64::from(self.halves_per_path())
-            + 4 * u64::from(self.uints_per_path() + self.queue_count())
+        u64::from(self.reals_per_path()) * real_bytes + 4 * u64::from(self.uints_per_path() + self.queue_count())
     }
 
     /// Bytes of a path that an effect alone adds: its state, before records are filled up, and its places in queues.
@@ -422,8 +432,7 @@ impl Layout {
     }
 
     fn rows(&self) -> impl Iterator<Item = &'static BufferRow> {
-        let exists = |id: BufferId| id != BufferId::PathHalf || self.halves_per_path() > 0;
-        BUFFERS.iter().filter(move |(id, .., needs)| self.has(needs) && exists(*id))
+        BUFFERS.iter().filter(move |(.., needs)| self.has(needs))
     }
 
     /// The kernels' layout.h. `paths` is the number of slots.
@@ -438,8 +447,8 @@ impl Layout {
         }
         let _ = writeln!(out, "#define REALS_PER_PATH {}u", self.reals_per_path());
         let _ = writeln!(out, "#define UINTS_PER_PATH {}u", self.uints_per_path());
-        if self.halves_per_path() > 0 {
-            let _ = writeln!(out, "#define HALVES_PER_PATH {}u", self.halves_per_path());
+        if self.places(REALS).2 > 0 {
+            let _ = writeln!(out, "#define HALVES_FIRST {}u", self.halves_first());
             let _ = writeln!(out, "#define FIELD_HALF {FIELD_HALF}u");
         }
         for (i, name) in self.queues.iter().enumerate() {
@@ -497,21 +506,24 @@ mod tests {
                 for (prefix, fields, total) in
                     [("PATH_", REALS, layout.reals_per_path()), ("PATHU_", UINTS, layout.uints_per_path())]
                 {
-                    let mut taken = [BTreeSet::new(), BTreeSet::new()];
+                    let mut taken = BTreeSet::new();
                     for (name, place) in defined(&header, prefix) {
                         let field = fields.iter().find(|f| f.name == name).expect("a field of the table");
                         let half = place & FIELD_HALF != 0;
-                        let wide = field.numbers == 3 && !half;
-                        assert!(!wide || place % 4 == 0, "{name}");
-                        for number in 0..if wide { 4 } else { field.numbers } {
+                        let triple = field.numbers == 3 && prefix == "PATH_";
+                        assert!(!triple || place % 4 == 0, "{name}");
+                        for number in 0..if triple { 4 } else { field.numbers } {
                             let at = (place & !FIELD_HALF) + number;
-                            assert!(at < if half { layout.halves_per_path() } else { total }, "{name}");
-                            assert!(taken[usize::from(half)].insert(at), "{name}");
+                            // In halves of the record, of which a real has two.
+                            let parts = if half { vec![2 * layout.halves_first() + at] } else { vec![2 * at, 2 * at + 1] };
+                            for part in parts {
+                                assert!(part < 2 * total, "{name}");
+                                assert!(taken.insert(part), "{name}");
+                            }
                         }
                     }
                 }
                 let halves = path_state == PathState::Half;
-                assert_eq!(header.contains("half *path_half"), halves);
                 assert_eq!(header.contains("FIELD_HALF"), halves);
                 assert_eq!(layout.reals_per_path() % 4, 0);
             }

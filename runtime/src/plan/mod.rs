@@ -18,6 +18,7 @@ pub use stages::{ProgramPlan, Stage};
 
 use crate::accel::{Emission, MaterialUse};
 use crate::choices::Choices;
+use crate::preamble;
 use crate::scene::{MaterialId, Scene};
 use oslcl_compiler::{Artifact, Radiance};
 use std::collections::BTreeSet;
@@ -118,6 +119,11 @@ impl Plan {
     /// Whether the user has an effect off.
     pub fn is_removed(&self, effect: Effect) -> bool {
         self.choices.overrides.removes(effect)
+    }
+
+    /// Whether some material has several lobes, of which paths follow one.
+    pub fn chooses_lobes(&self) -> bool {
+        self.programs.iter().any(|p| preamble::chooses_lobes(&p.code))
     }
 
     /// What will be wrong because of what the user has off.
