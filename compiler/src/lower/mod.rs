@@ -12,6 +12,7 @@ mod call;
 mod color_system;
 mod exit;
 mod expr;
+mod finite;
 mod host;
 mod noise;
 mod place;
@@ -47,6 +48,8 @@ pub struct Settings {
     pub unknown_noise_runs: bool,
     /// Indices out of range are reported when the shader runs. It costs time at each index that is no constant.
     pub range_checks: bool,
+    /// Variables that get a number that is not finite are reported when the shader runs. It costs time at each assignment.
+    pub finite_checks: bool,
 }
 
 /// Lowers a checked shader for a renderer with default settings.
@@ -80,12 +83,13 @@ pub fn lower_for(checked: &Checked, settings: &Settings) -> Result<ir::Shader, V
         exited: None,
         guards: 0,
         left_branch: false,
+        defaults_exit: None,
     };
     for param in &shader.params {
         lower.param(param);
     }
     lower.frames.push(Frame { result: None, flag: None, loops: 0, function: None });
-    lower.out.body = lower.in_block(|l| l.stmts(&shader.body, true));
+    lower.out.body = lower.in_block(|l| l.body(&shader.body));
     if lower.errors.is_empty() { Ok(lower.out) } else { Err(lower.errors) }
 }
 
@@ -119,6 +123,8 @@ pub(crate) struct Lower<'a> {
     guards: u32,
     /// A branch that was just lowered may have ended the shader.
     left_branch: bool,
+    /// The last default of a parameter that may have ended the shader.
+    defaults_exit: Option<Span>,
 }
 
 /// The IR's type of an OSL base type that is no struct.
@@ -256,10 +262,7 @@ impl<'a> Lower<'a> {
                 let target = Place::whole(storage.clone());
                 let init = self.in_block(|l| {
                     if let Some(e) = init {
-                        if l.calls_exit(e) {
-                            l.refuse_exit(e.span);
-                        }
-                        l.assign_expr(&target, e);
+                        l.default_of(&target, e);
                     }
                 });
                 self.out.params.push(ir::Param {
@@ -288,11 +291,8 @@ impl<'a> Lower<'a> {
                     self.param_leaves(var, param, leaf, field, per_field.and_then(|items| items.get(i)));
                 }
                 if let (None, Some(e)) = (per_field, init) {
-                    if self.calls_exit(e) {
-                        self.refuse_exit(e.span);
-                    }
                     let target = Place::whole(storage.clone());
-                    let block = self.in_block(|l| l.assign_expr(&target, e));
+                    let block = self.in_block(|l| l.default_of(&target, e));
                     if let Some(p) = self.out.params.get_mut(first) {
                         p.init = block;
                     }
