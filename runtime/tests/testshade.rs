@@ -178,7 +178,7 @@ fn a_default_that_ends_the_shader_does_so_only_where_it_runs() {
     let (out, _) = testshade(&at, &[&["-g", "2", "1"], &outputs[..], &["ends"]].concat());
     assert!(out.contains("Pixel (0, 0):\n  before : 3\n  behind : 9\n"), "{out}");
     assert!(out.contains("Pixel (1, 0):\n  before : 2\n  behind : 0\n9\n"), "{out}");
-    for given in [["-param", "late", "4"], ["--userdata", "late", "4"]] {
+    for given in [["-param", "late", "4"], ["--userdata:type=float", "late", "4"]] {
         let (out, _) = testshade(&at, &[&given, &["-g", "2", "1"], &outputs[..], &["ends"]].concat());
         assert!(out.contains("Pixel (1, 0):\n  before : 3\n  behind : 4\n4\n4\n"), "{given:?}: {out}");
     }
@@ -205,4 +205,28 @@ fn what_is_said_at_run_time_follows_line_directives() {
     assert!(compiled.expect("it starts").success());
     fs::remove_file(at.join("renumbered.osl")).expect("it is there");
     assert_eq!(testshade(&at, &["-o", "Cout", "null", "renumbered"]).1, said);
+}
+
+const UNASSIGNED: &str = "struct pair { float a; color b; };\n\
+shader unassigned(output float Cout = 0)\n{\n    int i;\n    color c;\n    c[1] = 1;\n    Cout = c[1];\n    Cout += c[2];\n\
+    float list[3];\n    list[1] = 2;\n    Cout += list[1];\n    Cout += list[int(u) + 2];\n    pair p;\n    p.a = 1;\n    Cout += p.a;\n\
+    Cout += p.b[0];\n    float once;\n    if (u > 0.2) once = 1;\n    Cout += once;\n    matrix m;\n    m[1][2] = 1;\n    Cout += m[1][2];\n\
+    Cout += m[2][1];\n    Cout += i;\n    float later;\n    later = u;\n    Cout += later;\n}\n";
+
+#[test]
+fn variables_that_are_read_too_early_are_reported() {
+    let at = folder("unassigned", &[("unassigned", UNASSIGNED)]);
+    let (_, err) = testshade(&at, &["--debuguninit", "-o", "Cout", "null", "unassigned"]);
+    let said = |what: &str, line: u32| {
+        format!(
+            "ERROR: Detected possible use of uninitialized value in {what} at unassigned.osl:{line} (group unnamed_group_1, layer 0 \
+             unassigned_0, shader unassigned)\n"
+        )
+    };
+    let all = [("color c", 8), ("float[3] list", 12), ("color p.b", 16), ("matrix m", 23), ("int i", 24)];
+    assert_eq!(err, all.iter().map(|(what, line)| said(what, *line)).collect::<String>());
+    let (_, err) = testshade(&at, &["--debuguninit", "-g", "2", "1", "-o", "Cout", "null", "unassigned"]);
+    assert!(err.contains(&said("float once", 19)), "{err}");
+    let (_, err) = testshade(&at, &["-o", "Cout", "null", "unassigned"]);
+    assert_eq!(err, "");
 }

@@ -109,6 +109,8 @@ pub struct Options {
     pub range_checks: bool,
     /// Variables that get a NaN or an infinity are reported when the shader runs. It costs time at each assignment.
     pub finite_checks: bool,
+    /// Variables that are read before they are assigned are reported when the shader runs.
+    pub unassigned_checks: bool,
     /// What vendors' closures look like, before our own mappings: OSL texts, see [`crate::vendor`].
     pub closures: Vec<vendor::Mapping>,
     /// What to write.
@@ -156,6 +158,7 @@ impl Default for Options {
             unknown_noise_runs: false,
             range_checks: false,
             finite_checks: false,
+            unassigned_checks: false,
             closures: Vec::new(),
             entry: Entry::Material,
             before_geometry: false,
@@ -439,6 +442,7 @@ fn settings(options: &Options) -> lower::Settings {
         unknown_noise_runs: options.unknown_noise_runs,
         range_checks: options.range_checks,
         finite_checks: options.finite_checks,
+        unassigned_checks: options.unassigned_checks,
     }
 }
 

@@ -62,6 +62,24 @@ pub(super) fn is_exit(e: &Expr) -> bool {
     matches!(&e.kind, ExprKind::Call(Callee::Builtin { id, .. }, _) if crate::builtins::row(*id).name == "exit")
 }
 
+/// Whether an expression is made of literals alone.
+fn is_constant(e: &Expr) -> bool {
+    let mut all = true;
+    visit(e, &mut |e| {
+        all &= matches!(
+            e.kind,
+            ExprKind::Int(_)
+                | ExprKind::Float(_)
+                | ExprKind::Str(_)
+                | ExprKind::Convert(_)
+                | ExprKind::Neg(_)
+                | ExprKind::Construct(_)
+                | ExprKind::List(_)
+        );
+    });
+    all
+}
+
 /// For each function whether it may end the shader; `None` when the only calls of `exit()` are statements of the shader's own body.
 pub(super) fn exiting(tree: &Shader) -> Option<Vec<bool>> {
     let mut exits = vec![false; tree.functions.len()];
@@ -125,11 +143,12 @@ impl Lower<'_> {
         local
     }
 
-    /// A parameter's default. One that ends the shader keeps later ones and the body from running; it is not run, and ends
-    /// nothing, where the parameter has a value.
+    /// A parameter's default. One that ends the shader keeps later ones that compute and the body from running; it is not run,
+    /// and ends nothing, where the parameter has a value.
     pub(super) fn default_of(&mut self, target: &Place, e: &Expr) {
         let work = |l: &mut Self| _ = l.closing(e.span, |l| l.assign_expr(target, e));
-        if self.defaults_exit.is_some() { self.unless_exited(e.span, work) } else { work(self) }
+        let runs = self.defaults_exit.is_some() && !is_constant(e);
+        if runs { self.unless_exited(e.span, work) } else { work(self) }
         if self.calls_exit(e) {
             self.defaults_exit = Some(e.span);
         }

@@ -8,6 +8,7 @@
 //! `E3004` the shader grows too large, `E3005` other constructs not supported yet; `E2015` a function
 //! without body, `E2011` more knots than the array has.
 
+mod assigned;
 mod call;
 mod color_system;
 mod exit;
@@ -50,6 +51,9 @@ pub struct Settings {
     pub range_checks: bool,
     /// Variables that get a number that is not finite are reported when the shader runs. It costs time at each assignment.
     pub finite_checks: bool,
+    /// Variables that are read before they are assigned are reported when the shader runs. It costs time at each access of those
+    /// that are declared without a value.
+    pub unassigned_checks: bool,
 }
 
 /// Lowers a checked shader for a renderer with default settings.
@@ -84,13 +88,16 @@ pub fn lower_for(checked: &Checked, settings: &Settings) -> Result<ir::Shader, V
         guards: 0,
         left_branch: false,
         defaults_exit: None,
+        unassigned: Vec::new(),
     };
     for param in &shader.params {
         lower.param(param);
     }
     lower.frames.push(Frame { result: None, flag: None, loops: 0, function: None });
     lower.out.body = lower.in_block(|l| l.body(&shader.body));
-    if lower.errors.is_empty() { Ok(lower.out) } else { Err(lower.errors) }
+    let Lower { mut out, errors, unassigned, .. } = lower;
+    assigned::check(&mut out, unassigned);
+    if errors.is_empty() { Ok(out) } else { Err(errors) }
 }
 
 /// A body being inlined.
@@ -125,6 +132,8 @@ pub(crate) struct Lower<'a> {
     left_branch: bool,
     /// The last default of a parameter that may have ended the shader.
     defaults_exit: Option<Span>,
+    /// Variables that were declared without a value, if that is watched.
+    unassigned: Vec<assigned::Unassigned>,
 }
 
 /// The IR's type of an OSL base type that is no struct.

@@ -59,6 +59,8 @@ pub struct Args {
     pub debug: bool,
     /// `--debugnan`
     pub debug_nan: bool,
+    /// `--debuguninit`
+    pub debug_uninit: bool,
     /// `--device`
     pub device: Option<String>,
     /// `--host`
@@ -107,6 +109,7 @@ impl Default for Args {
             userdata_isconnected: false,
             debug: false,
             debug_nan: false,
+            debug_uninit: false,
             device: None,
             host: false,
             help: false,
@@ -195,6 +198,7 @@ const TABLE: &[Spec] = &[
     spec(&["host"], Takes::Nothing, "Run on the host, in double precision"),
     spec(&["runstats", "stats", "profile"], Takes::Nothing, "Print what took how long"),
     spec(&["oslquery"], Takes::Nothing, "Print the group and each shader's parameters"),
+    spec(&["debuguninit"], Takes::Nothing, "Report variables that are read before they have a value"),
     spec(&["debugnan"], Takes::Nothing, "Report variables that get a NaN or an infinity"),
     spec(&["debug"], Takes::Nothing, "Say which globals the compiled group reads"),
     spec(&["help", "h"], Takes::Nothing, "Print this help"),
@@ -207,7 +211,6 @@ const TABLE: &[Spec] = &[
             "O1",
             "O2",
             "debug2",
-            "debuguninit",
             "groupoutputs",
             "warmup",
             "batched",
@@ -290,6 +293,7 @@ fn take(args: &mut Args, mut item: Item) -> Result<(), String> {
         "inbuffer" => args.from_source = true,
         "debug" => args.debug = true,
         "debugnan" => args.debug_nan = true,
+        "debuguninit" => args.debug_uninit = true,
         "device" => args.device = Some(first),
         "host" => args.host = true,
         "runstats" => args.statistics = true,
