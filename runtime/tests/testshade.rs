@@ -152,9 +152,7 @@ const NOT_FINITE: &str = "shader not_finite(output float Cout = 0)\n{\n    float
 fn numbers_that_are_none_are_reported() {
     let at = folder("not_finite", &[("not_finite", NOT_FINITE)]);
     let (_, err) = testshade(&at, &["-g", "2", "2", "--debugnan", "-o", "Cout", "null", "not_finite"]);
-    let said = |what: &str, line: u32, op: &str| {
-        format!("ERROR: Detected {what} at not_finite.osl:{line} (op {op})\n")
-    };
+    let said = |what: &str, line: u32, op: &str| format!("ERROR: Detected {what} at not_finite.osl:{line} (op {op})\n");
     let all = [
         said("inf value in big", 4, "mul"),
         said("nan value in less", 5, "sub"),

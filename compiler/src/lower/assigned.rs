@@ -73,7 +73,11 @@ fn read_by_parts(shader: &Shader) -> HashSet<ValueId> {
             _ => None,
         };
         parts.extend(base);
-        value.inst.operands(&mut |v| _ = (Some(v) != base).then(|| whole.insert(v)));
+        value.inst.operands(&mut |v| {
+            if Some(v) != base {
+                whole.insert(v);
+            }
+        });
     }
     for block in shader.blocks() {
         block.walk(&mut |s| match s {

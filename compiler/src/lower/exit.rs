@@ -148,7 +148,11 @@ impl Lower<'_> {
     pub(super) fn default_of(&mut self, target: &Place, e: &Expr) {
         let work = |l: &mut Self| _ = l.closing(e.span, |l| l.assign_expr(target, e));
         let runs = self.defaults_exit.is_some() && !is_constant(e);
-        if runs { self.unless_exited(e.span, work) } else { work(self) }
+        if runs {
+            self.unless_exited(e.span, work)
+        } else {
+            work(self)
+        }
         if self.calls_exit(e) {
             self.defaults_exit = Some(e.span);
         }

@@ -86,7 +86,7 @@ impl Cases<'_> {
     /// What each argument can be; `None` when there are too many cases, or unknown ones.
     fn choices(&mut self, func: FuncId, args: &[Arg], span: Span, out: &mut Block) -> Option<Vec<Choice>> {
         let mut total = 1;
-        let mut out_choices: Vec<Choice> = Vec::with_capacity(args.len());
+        let mut choices: Vec<Choice> = Vec::with_capacity(args.len());
         for (at, arg) in args.iter().enumerate() {
             let Arg::Value(v) = arg else { return None };
             let value = &self.shader.values[v.0 as usize];
@@ -95,7 +95,7 @@ impl Cases<'_> {
                 Inst::Const(c) => (None, vec![c.clone()]),
                 _ => match self.can_be(*v, ty) {
                     Some(constants) => (Some(*v), constants),
-                    None if ty == Ty::Int => self.position(func, &out_choices, at, *v, span, out)?,
+                    None if ty == Ty::Int => self.position(func, &choices, at, *v, span, out)?,
                     None => return None,
                 },
             };
@@ -103,9 +103,9 @@ impl Cases<'_> {
             if total == 0 || total > MAX_CASES {
                 return None;
             }
-            out_choices.push(choice);
+            choices.push(choice);
         }
-        Some(out_choices)
+        Some(choices)
     }
 
     /// Any int, as a position or a length in texts that are known: those beyond the longest count as the nearest that does not

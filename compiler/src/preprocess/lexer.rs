@@ -184,13 +184,14 @@ impl Lexer {
         loop {
             let splice = self.splice();
             let goes_on = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | 0x80..);
-            if splice == 0 || !self.rest().get(splice).is_some_and(|b| goes_on(b) || kind == Kind::Number && *b == b'.') {
+            let mine = |b: &u8| goes_on(b) || kind == Kind::Number && *b == b'.';
+            if splice == 0 || !self.rest().get(splice).is_some_and(mine) {
                 break;
             }
             whole.push_str(&self.file.text[piece..self.at]);
             self.at += splice;
             piece = self.at;
-            self.take_while(|b| goes_on(&b) || kind == Kind::Number && b == b'.');
+            self.take_while(|b| mine(&b));
         }
         let mut token = self.token(kind, start, spaced);
         if piece != start {

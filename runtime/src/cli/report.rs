@@ -6,8 +6,8 @@
 use super::sources::Folders;
 use super::{Error, terminal};
 use miette::{
-    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, Severity, SourceCode, SourceSpan,
-    SpanContents,
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, Severity, SourceCode,
+    SourceSpan, SpanContents,
 };
 use oslcl_compiler::diag::{self, Diagnostic};
 use oslcl_compiler::source::{FileId, SourceMap, Span};
