@@ -101,7 +101,7 @@ pub fn render_plain(sources: &SourceMap, diagnostics: &[Diagnostic]) -> String {
         }
         let _ = writeln!(out, "{severity}[{}]: {}", d.code, d.message);
         if let Some((label, at)) = place {
-            let line = sources.line_text(label.span.file, at.line);
+            let line = sources.line_text(label.span.file, sources.line(label.span));
             let room = line.chars().count().saturating_sub(at.column as usize - 1).max(1);
             let width = ((label.span.end.saturating_sub(label.span.start)) as usize).clamp(1, room);
             let pad = " ".repeat(at.column as usize - 1);

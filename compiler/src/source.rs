@@ -44,6 +44,8 @@ pub struct SourceFile {
     line_starts: Vec<u32>,
     /// For compiled files: which file and line their bytes came from, ascending by the first byte.
     origins: Vec<(u32, Arc<str>, u32)>,
+    /// What `#line` says, ascending: from which line on lines count from what, in a file of what name.
+    renumbered: Vec<(u32, u32, Arc<str>)>,
 }
 
 /// A position for people: lines and columns count from 1, columns in characters.
@@ -70,7 +72,8 @@ impl SourceMap {
         let line_starts = std::iter::once(0)
             .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1))
             .collect();
-        self.files.push(SourceFile { name: name.into(), text, included_at: None, line_starts, origins: Vec::new() });
+        let (origins, renumbered) = (Vec::new(), Vec::new());
+        self.files.push(SourceFile { name: name.into(), text, included_at: None, line_starts, origins, renumbered });
         FileId(self.files.len() as u32 - 1)
     }
 
@@ -106,6 +109,28 @@ impl SourceMap {
         (*line > 0).then_some((file, *line))
     }
 
+    /// The line behind `span` counts as line `line` of the file `name`, or of the one that lines already count to.
+    pub fn renumber(&mut self, span: Span, line: u32, name: Option<&str>) {
+        let (shown, _) = self.shown(span);
+        let entry = (self.line(span) + 1, line, name.unwrap_or(shown).into());
+        self.files[span.file.0 as usize].renumbered.push(entry);
+    }
+
+    /// Whether `#line` directives give lines of a file other numbers.
+    pub fn is_renumbered(&self, id: FileId) -> bool {
+        !self.file(id).renumbered.is_empty()
+    }
+
+    /// The file and line (from 1) where a span starts, as people should be told: `#line` directives are followed.
+    pub fn shown(&self, span: Span) -> (&str, u32) {
+        let (file, line) = (self.file(span.file), self.line(span));
+        let last = file.renumbered.partition_point(|(from, ..)| *from <= line).checked_sub(1);
+        match last.map(|i| &file.renumbered[i]) {
+            Some((from, number, name)) => (name, number.saturating_add(line - from)),
+            None => (&file.name, line),
+        }
+    }
+
     /// The `#include`s that lead to a place, innermost first.
     pub fn includers(&self, span: Span) -> impl Iterator<Item = Span> {
         std::iter::successors(self.file(span.file).included_at, |s| self.file(s.file).included_at)
@@ -139,17 +164,18 @@ impl SourceMap {
         }
     }
 
-    /// Where a span starts.
+    /// Where a span starts, as people should be told.
     pub fn locate(&self, span: Span) -> Location {
         let file = self.file(span.file);
+        let (shown, number) = self.shown(span);
         let line = file.line_starts.partition_point(|&s| s <= span.start) - 1;
         let start = file.line_starts[line] as usize;
         let end = (span.start as usize).min(file.text.len());
         let column = file.text.get(start..end).map_or(0, |t| t.chars().count());
-        Location { file: file.name.clone(), line: line as u32 + 1, column: column as u32 + 1 }
+        Location { file: shown.to_owned(), line: number, column: column as u32 + 1 }
     }
 
-    /// The line, from 1, on which a span starts.
+    /// The line, from 1, on which a span starts in its file, whatever `#line` says.
     pub fn line(&self, span: Span) -> u32 {
         self.file(span.file).line_starts.partition_point(|&s| s <= span.start) as u32
     }

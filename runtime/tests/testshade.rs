@@ -144,3 +144,87 @@ fn closures_are_printed_with_all_their_arguments() {
     let output = command.current_dir(&at).args(["oslc", "prints.osl"]).output().expect("it starts");
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
+
+const NOT_FINITE: &str = "shader not_finite(output float Cout = 0)\n{\n    float big = 1e30 * (u + 1);\n    big *= big;\n\
+    float less = big - big;\n    color c = color(1, less, 2);\n    c[2] = -big;\n    c = color(u, v, 0);\n    Cout = c[1];\n}\n";
+
+#[test]
+fn numbers_that_are_none_are_reported() {
+    let at = folder("not_finite", &[("not_finite", NOT_FINITE)]);
+    let (_, err) = testshade(&at, &["-g", "2", "2", "--debugnan", "-o", "Cout", "null", "not_finite"]);
+    let said = |what: &str, line: u32, op: &str| format!("ERROR: Detected {what} at not_finite.osl:{line} (op {op})\n");
+    let all = [
+        said("inf value in big", 4, "mul"),
+        said("nan value in less", 5, "sub"),
+        said("nan value in c", 6, "color"),
+        said("-inf value in c", 7, "neg"),
+    ];
+    assert_eq!(err, all.concat());
+    // Who does not want to know does not pay for it.
+    let (_, err) = testshade(&at, &["-g", "2", "2", "-o", "Cout", "null", "not_finite"]);
+    assert_eq!(err, "");
+}
+
+const ENDS: &str = "float stop(float x, float limit) { if (x > limit) exit(); return x; }\n\
+shader ends(output float before = 2, float late = 9 + stop(u, 0.5) [[ int lockgeom = 0 ]], output float behind = late)\n\
+{\n    printf(\"%g\\n\", late);\n    before = 3;\n}\n";
+
+#[test]
+fn a_default_that_ends_the_shader_does_so_only_where_it_runs() {
+    let at = folder("ends", &[("ends", ENDS)]);
+    let outputs = ["-o", "before", "null", "-o", "behind", "null", "--print"];
+    let (out, _) = testshade(&at, &[&["-g", "2", "1"], &outputs[..], &["ends"]].concat());
+    assert!(out.contains("Pixel (0, 0):\n  before : 3\n  behind : 9\n"), "{out}");
+    assert!(out.contains("Pixel (1, 0):\n  before : 2\n  behind : 0\n9\n"), "{out}");
+    for given in [["-param", "late", "4"], ["--userdata:type=float", "late", "4"]] {
+        let (out, _) = testshade(&at, &[&given, &["-g", "2", "1"], &outputs[..], &["ends"]].concat());
+        assert!(out.contains("Pixel (1, 0):\n  before : 3\n  behind : 4\n4\n4\n"), "{given:?}: {out}");
+    }
+    // By way of the compiled form, too.
+    let oslcl = env!("CARGO_BIN_EXE_oslcl");
+    let compiled = Command::new(oslcl).current_dir(&at).args(["oslc", "-q", "ends.osl"]).status().expect("it starts");
+    assert!(compiled.success());
+    fs::remove_file(at.join("ends.osl")).expect("it is there");
+    let (out, _) = testshade(&at, &[&["-g", "2", "1"], &outputs[..], &["ends"]].concat());
+    assert!(out.contains("Pixel (1, 0):\n  before : 2\n  behind : 0\n9\n"), "{out}");
+}
+
+const RENUMBERED: &str = "#line 50 \"elsewhere.osl\"\nshader renumbered(output float Cout = 0)\n{\n    float a[2] = { 1, 2 };\n\
+    Cout = a[int(u * 0) + 4];\n}\n";
+
+#[test]
+fn what_is_said_at_run_time_follows_line_directives() {
+    let at = folder("renumbered", &[("renumbered", RENUMBERED)]);
+    let said = "ERROR: Index [4] out of range a[0..1]: elsewhere.osl:53 (group unnamed_group_1, layer 0 renumbered_0, \
+                shader renumbered)\n";
+    assert_eq!(testshade(&at, &["-o", "Cout", "null", "renumbered"]).1, said);
+    let oslcl = env!("CARGO_BIN_EXE_oslcl");
+    let compiled = Command::new(oslcl).current_dir(&at).args(["oslc", "-q", "renumbered.osl"]).status();
+    assert!(compiled.expect("it starts").success());
+    fs::remove_file(at.join("renumbered.osl")).expect("it is there");
+    assert_eq!(testshade(&at, &["-o", "Cout", "null", "renumbered"]).1, said);
+}
+
+const UNASSIGNED: &str = "struct pair { float a; color b; };\n\
+shader unassigned(output float Cout = 0)\n{\n    int i;\n    color c;\n    c[1] = 1;\n    Cout = c[1];\n    Cout += c[2];\n\
+    float list[3];\n    list[1] = 2;\n    Cout += list[1];\n    Cout += list[int(u) + 2];\n    pair p;\n    p.a = 1;\n    Cout += p.a;\n\
+    Cout += p.b[0];\n    float once;\n    if (u > 0.2) once = 1;\n    Cout += once;\n    matrix m;\n    m[1][2] = 1;\n    Cout += m[1][2];\n\
+    Cout += m[2][1];\n    Cout += i;\n    float later;\n    later = u;\n    Cout += later;\n}\n";
+
+#[test]
+fn variables_that_are_read_too_early_are_reported() {
+    let at = folder("unassigned", &[("unassigned", UNASSIGNED)]);
+    let (_, err) = testshade(&at, &["--debuguninit", "-o", "Cout", "null", "unassigned"]);
+    let said = |what: &str, line: u32| {
+        format!(
+            "ERROR: Detected possible use of uninitialized value in {what} at unassigned.osl:{line} (group unnamed_group_1, layer 0 \
+             unassigned_0, shader unassigned)\n"
+        )
+    };
+    let all = [("color c", 8), ("float[3] list", 12), ("color p.b", 16), ("matrix m", 23), ("int i", 24)];
+    assert_eq!(err, all.iter().map(|(what, line)| said(what, *line)).collect::<String>());
+    let (_, err) = testshade(&at, &["--debuguninit", "-g", "2", "1", "-o", "Cout", "null", "unassigned"]);
+    assert!(err.contains(&said("float once", 19)), "{err}");
+    let (_, err) = testshade(&at, &["-o", "Cout", "null", "unassigned"]);
+    assert_eq!(err, "");
+}

@@ -406,9 +406,7 @@ fn tell_places(shader: &mut Shader, sources: &SourceMap) {
         if let Inst::Const(Const::Str(text)) = &mut value.inst
             && text.contains(PLACE)
         {
-            let (file, line) = sources
-                .origin(value.span)
-                .unwrap_or_else(|| (sources.file(value.span.file).name.as_str(), sources.line(value.span)));
+            let (file, line) = sources.origin(value.span).unwrap_or_else(|| sources.shown(value.span));
             *text = text.replace(PLACE, &format!("{file}:{line}"));
         }
     }

@@ -107,6 +107,10 @@ pub struct Options {
     /// Indices out of range are reported when the shader runs, as by the reference implementation; either way they count as
     /// the nearest one. It costs time at each index that is no constant.
     pub range_checks: bool,
+    /// Variables that get a NaN or an infinity are reported when the shader runs. It costs time at each assignment.
+    pub finite_checks: bool,
+    /// Variables that are read before they are assigned are reported when the shader runs.
+    pub unassigned_checks: bool,
     /// What vendors' closures look like, before our own mappings: OSL texts, see [`crate::vendor`].
     pub closures: Vec<vendor::Mapping>,
     /// What to write.
@@ -153,6 +157,8 @@ impl Default for Options {
             color_system: ColorSystem::default(),
             unknown_noise_runs: false,
             range_checks: false,
+            finite_checks: false,
+            unassigned_checks: false,
             closures: Vec::new(),
             entry: Entry::Material,
             before_geometry: false,
@@ -435,6 +441,8 @@ fn settings(options: &Options) -> lower::Settings {
         color_system: options.color_system.clone(),
         unknown_noise_runs: options.unknown_noise_runs,
         range_checks: options.range_checks,
+        finite_checks: options.finite_checks,
+        unassigned_checks: options.unassigned_checks,
     }
 }
 

@@ -100,7 +100,10 @@ impl Parts<'_> {
 fn place(sources: &SourceMap, span: Span) -> (String, u32) {
     match sources.origin(span) {
         Some((file, line)) => (file.to_owned(), line),
-        None => (sources.file(span.file).name.clone(), sources.line(span)),
+        None => {
+            let (file, line) = sources.shown(span);
+            (file.to_owned(), line)
+        }
     }
 }
 

@@ -2,11 +2,12 @@
 //!
 //! In: the typed tree. Out: which functions may end the shader, and statements that call them. `exit()` there sets one flag
 //! for the whole shader and returns. What follows such a call in the same statement is guarded by the flag, wherever in an
-//! expression the call stands; the statement then leaves its own body as a `return` would.
+//! expression the call stands; the statement then leaves its own body as a `return` would. Defaults of parameters may end the
+//! shader, too.
 
 use super::Lower;
+use super::place::Place;
 use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt as Typed};
-use crate::diag::Diagnostic;
 use crate::ir::{Block, Inst, LocalId, LocalKind, Stmt, Ty, UnaryOp, ValueId};
 use crate::source::Span;
 
@@ -61,6 +62,24 @@ pub(super) fn is_exit(e: &Expr) -> bool {
     matches!(&e.kind, ExprKind::Call(Callee::Builtin { id, .. }, _) if crate::builtins::row(*id).name == "exit")
 }
 
+/// Whether an expression is made of literals alone.
+fn is_constant(e: &Expr) -> bool {
+    let mut all = true;
+    visit(e, &mut |e| {
+        all &= matches!(
+            e.kind,
+            ExprKind::Int(_)
+                | ExprKind::Float(_)
+                | ExprKind::Str(_)
+                | ExprKind::Convert(_)
+                | ExprKind::Neg(_)
+                | ExprKind::Construct(_)
+                | ExprKind::List(_)
+        );
+    });
+    all
+}
+
 /// For each function whether it may end the shader; `None` when the only calls of `exit()` are statements of the shader's own body.
 pub(super) fn exiting(tree: &Shader) -> Option<Vec<bool>> {
     let mut exits = vec![false; tree.functions.len()];
@@ -77,6 +96,9 @@ pub(super) fn exiting(tree: &Shader) -> Option<Vec<bool>> {
         });
     }
     let mut inside = false;
+    for init in tree.params.iter().filter_map(|p| p.init.as_ref()) {
+        visit(init, &mut |e| inside |= is_exit(e));
+    }
     expressions(&tree.body, &mut |e| {
         if !is_exit(e) {
             visit(e, &mut |e| inside |= is_exit(e));
@@ -121,10 +143,27 @@ impl Lower<'_> {
         local
     }
 
-    /// For calls where nothing can be done about it.
-    pub(super) fn refuse_exit(&mut self, span: Span) {
-        let d = Diagnostic::not_yet("E3005", span, "a default of a parameter that may call exit()");
-        self.error(d.help("call it in the shader's body"));
+    /// A parameter's default. One that ends the shader keeps later ones that compute and the body from running; it is not run,
+    /// and ends nothing, where the parameter has a value.
+    pub(super) fn default_of(&mut self, target: &Place, e: &Expr) {
+        let work = |l: &mut Self| _ = l.closing(e.span, |l| l.assign_expr(target, e));
+        let runs = self.defaults_exit.is_some() && !is_constant(e);
+        if runs {
+            self.unless_exited(e.span, work)
+        } else {
+            work(self)
+        }
+        if self.calls_exit(e) {
+            self.defaults_exit = Some(e.span);
+        }
+    }
+
+    /// The shader's body, behind the defaults.
+    pub(super) fn body(&mut self, stmts: &[Typed]) {
+        match self.defaults_exit {
+            Some(span) => self.unless_exited(span, |l| l.stmts(stmts, true)),
+            None => self.stmts(stmts, true),
+        }
     }
 
     /// What follows in the present statement runs only when the shader goes on: it goes into a block of its own, which

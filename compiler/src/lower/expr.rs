@@ -134,9 +134,10 @@ impl Lower<'_> {
             ExprKind::IncDec(op, target) => self.inc_dec(*op, target, span),
             ExprKind::Assign(target, value) => {
                 let place = self.place(target);
-                let value = self.expr(value);
-                self.store(&place, value, span);
-                value
+                let right = self.expr(value);
+                self.check_finite(&place, right, value);
+                self.store(&place, right, span);
+                right
             }
             ExprKind::AssignOp(op, target, rhs) => {
                 let place = self.place(target);
@@ -146,6 +147,7 @@ impl Lower<'_> {
                 let left = if closure { old } else { self.convert_value(old, self.ty_of(right), span) };
                 let sum = self.binary(*op, left, right, span);
                 let new = self.convert_value(sum, ir_type(target.ty.base), span);
+                self.check_finite(&place, new, e);
                 self.store(&place, new, span);
                 new
             }

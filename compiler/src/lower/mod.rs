@@ -8,10 +8,12 @@
 //! `E3004` the shader grows too large, `E3005` other constructs not supported yet; `E2015` a function
 //! without body, `E2011` more knots than the array has.
 
+mod assigned;
 mod call;
 mod color_system;
 mod exit;
 mod expr;
+mod finite;
 mod host;
 mod noise;
 mod place;
@@ -47,6 +49,11 @@ pub struct Settings {
     pub unknown_noise_runs: bool,
     /// Indices out of range are reported when the shader runs. It costs time at each index that is no constant.
     pub range_checks: bool,
+    /// Variables that get a number that is not finite are reported when the shader runs. It costs time at each assignment.
+    pub finite_checks: bool,
+    /// Variables that are read before they are assigned are reported when the shader runs. It costs time at each access of those
+    /// that are declared without a value.
+    pub unassigned_checks: bool,
 }
 
 /// Lowers a checked shader for a renderer with default settings.
@@ -80,13 +87,17 @@ pub fn lower_for(checked: &Checked, settings: &Settings) -> Result<ir::Shader, V
         exited: None,
         guards: 0,
         left_branch: false,
+        defaults_exit: None,
+        unassigned: Vec::new(),
     };
     for param in &shader.params {
         lower.param(param);
     }
     lower.frames.push(Frame { result: None, flag: None, loops: 0, function: None });
-    lower.out.body = lower.in_block(|l| l.stmts(&shader.body, true));
-    if lower.errors.is_empty() { Ok(lower.out) } else { Err(lower.errors) }
+    lower.out.body = lower.in_block(|l| l.body(&shader.body));
+    let Lower { mut out, errors, unassigned, .. } = lower;
+    assigned::check(&mut out, unassigned);
+    if errors.is_empty() { Ok(out) } else { Err(errors) }
 }
 
 /// A body being inlined.
@@ -119,6 +130,10 @@ pub(crate) struct Lower<'a> {
     guards: u32,
     /// A branch that was just lowered may have ended the shader.
     left_branch: bool,
+    /// The last default of a parameter that may have ended the shader.
+    defaults_exit: Option<Span>,
+    /// Variables that were declared without a value, if that is watched.
+    unassigned: Vec<assigned::Unassigned>,
 }
 
 /// The IR's type of an OSL base type that is no struct.
@@ -256,10 +271,7 @@ impl<'a> Lower<'a> {
                 let target = Place::whole(storage.clone());
                 let init = self.in_block(|l| {
                     if let Some(e) = init {
-                        if l.calls_exit(e) {
-                            l.refuse_exit(e.span);
-                        }
-                        l.assign_expr(&target, e);
+                        l.default_of(&target, e);
                     }
                 });
                 self.out.params.push(ir::Param {
@@ -288,11 +300,8 @@ impl<'a> Lower<'a> {
                     self.param_leaves(var, param, leaf, field, per_field.and_then(|items| items.get(i)));
                 }
                 if let (None, Some(e)) = (per_field, init) {
-                    if self.calls_exit(e) {
-                        self.refuse_exit(e.span);
-                    }
                     let target = Place::whole(storage.clone());
-                    let block = self.in_block(|l| l.assign_expr(&target, e));
+                    let block = self.in_block(|l| l.default_of(&target, e));
                     if let Some(p) = self.out.params.get_mut(first) {
                         p.init = block;
                     }

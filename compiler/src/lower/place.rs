@@ -161,6 +161,7 @@ impl Lower<'_> {
     pub(super) fn assign_expr(&mut self, place: &Place, e: &Expr) {
         if is_single(e.ty) {
             let value = self.expr(e);
+            self.check_finite(place, value, e);
             self.store(place, value, e.span);
             return;
         }

@@ -113,6 +113,9 @@ impl Lower<'_> {
                 // A fresh variable each time: a function inlined twice has two.
                 let storage = self.storage(&declared.name, declared.ty, crate::ir::LocalKind::Variable);
                 self.env.insert(*var, storage.clone());
+                if init.is_none() {
+                    self.declared_without_value(&declared.name, declared.ty, &storage);
+                }
                 // Without an initialiser the value is undefined, also at each turn of a loop: nothing is stored.
                 if let Some(e) = init
                     && self.closing(e.span, |l| l.assign_expr(&Place::whole(storage), e))

@@ -90,9 +90,20 @@ impl Writer<'_> {
 
     /// Sets where the next operations come from.
     pub fn locate(&mut self, span: Span) {
-        if (span.file.0 as usize) < self.sources.len() {
-            self.at = Some((span.file.0, self.sources.line(span)));
+        if (span.file.0 as usize) >= self.sources.len() {
+            return;
         }
+        let (name, line) = self.sources.shown(span);
+        let mut file = span.file.0;
+        if self.sources.is_renumbered(span.file) {
+            let files = &mut self.module.files;
+            let at = files.iter().position(|f| f == name).unwrap_or_else(|| {
+                files.push(name.to_owned());
+                files.len() - 1
+            });
+            file = at as u32;
+        }
+        self.at = Some((file, line));
     }
 
     /// Appends an operation; `access` has a letter per argument: `r`, `w` or `W` for both. Its number.

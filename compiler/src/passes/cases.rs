@@ -18,7 +18,7 @@ use crate::source::Span;
 use crate::types::{Base, Extent, Type};
 
 /// Most cases of a call.
-const MAX_CASES: usize = 256;
+const MAX_CASES: usize = 1024;
 
 /// Most elements written by all cases of a call together.
 const MAX_ELEMENTS: usize = 1024;
@@ -84,23 +84,58 @@ impl Rewriter for Cases<'_> {
 
 impl Cases<'_> {
     /// What each argument can be; `None` when there are too many cases, or unknown ones.
-    fn choices(&self, args: &[Arg]) -> Option<Vec<Choice>> {
+    fn choices(&mut self, func: FuncId, args: &[Arg], span: Span, out: &mut Block) -> Option<Vec<Choice>> {
         let mut total = 1;
-        let mut out = Vec::with_capacity(args.len());
-        for arg in args {
+        let mut choices: Vec<Choice> = Vec::with_capacity(args.len());
+        for (at, arg) in args.iter().enumerate() {
             let Arg::Value(v) = arg else { return None };
             let value = &self.shader.values[v.0 as usize];
+            let ty = value.ty;
             let choice = match &value.inst {
                 Inst::Const(c) => (None, vec![c.clone()]),
-                _ => (Some(*v), self.can_be(*v, value.ty)?),
+                _ => match self.can_be(*v, ty) {
+                    Some(constants) => (Some(*v), constants),
+                    None if ty == Ty::Int => self.position(func, &choices, at, *v, span, out)?,
+                    None => return None,
+                },
             };
             total *= choice.1.len();
             if total == 0 || total > MAX_CASES {
                 return None;
             }
-            out.push(choice);
+            choices.push(choice);
         }
-        Some(out)
+        Some(choices)
+    }
+
+    /// Any int, as a position or a length in texts that are known: those beyond the longest count as the nearest that does not
+    /// differ from them.
+    fn position(
+        &mut self,
+        func: FuncId,
+        before: &[Choice],
+        at: usize,
+        v: ValueId,
+        span: Span,
+        out: &mut Block,
+    ) -> Option<Choice> {
+        let length = |c: &Const| if let Const::Str(s) = c { i32::try_from(s.len()).ok() } else { None };
+        let longest = before.first()?.1.iter().map(length).try_fold(0, |longest, n| Some(longest.max(n?)))?;
+        let (low, high) = match (builtins::row(func).name, at) {
+            ("substr", 1) => (-longest, longest),
+            ("substr", 2) => (0, longest),
+            ("getchar", 1) => (-1, longest),
+            _ => return None,
+        };
+        if (i64::from(high) - i64::from(low)) >= MAX_CASES as i64 {
+            return None;
+        }
+        let [lowest, highest] = [low, high].map(|n| self.shader.emit_constant(Const::Int(n), span, out));
+        let below = self.shader.emit(Inst::Binary(BinaryOp::Lt, v, lowest), Ty::Int, span, out);
+        let raised = self.shader.emit(Inst::Select(below, lowest, v), Ty::Int, span, out);
+        let above = self.shader.emit(Inst::Binary(BinaryOp::Gt, raised, highest), Ty::Int, span, out);
+        let inside = self.shader.emit(Inst::Select(above, highest, raised), Ty::Int, span, out);
+        Some((Some(inside), (low..=high).map(Const::Int).collect()))
     }
 
     /// All that a value can be. Floats that are computed are not told apart: the device rounds elsewhere.
@@ -119,7 +154,8 @@ impl Cases<'_> {
         if !is_host(func) {
             return;
         }
-        let Some(choices) = self.choices(args) else { return };
+        let args = args.clone();
+        let Some(choices) = self.choices(func, &args, span, out) else { return };
         let mut results = Vec::new();
         if !each_case(&choices, &mut |case| interp::fold_call(func, ty, case).map(|c| results.push(c)).is_some()) {
             return;
@@ -291,7 +327,7 @@ impl Cases<'_> {
     ) -> Option<()> {
         let [output] = outputs else { return None };
         let room = self.shader.locals[output.0 as usize].len.unwrap_or(1) as usize;
-        let choices = self.choices(args)?;
+        let choices = self.choices(func, args, span, out)?;
         if self.asks_for_index(func, &choices, *output, result, span, out) {
             return Some(());
         }

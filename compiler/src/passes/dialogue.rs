@@ -77,7 +77,8 @@ pub(super) fn dialogue(shader: &mut Shader, sources: Option<&SourceMap>) -> Resu
 fn place_of(sources: &SourceMap, span: Span) -> String {
     let file = sources.file(span.file);
     if !file.name.ends_with(".oso") {
-        return format!("{}:{}", file.name, sources.line(span));
+        let (name, line) = sources.shown(span);
+        return format!("{name}:{line}");
     }
     let end = (span.start as usize).min(file.text.len());
     let end = file.text[end..].find('\n').map_or(file.text.len(), |n| end + n);

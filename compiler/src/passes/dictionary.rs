@@ -18,7 +18,7 @@ use std::collections::BTreeSet;
 const MAX_NODES: i32 = 4096;
 
 /// Most texts that one argument can be.
-const MAX_TEXTS: usize = 16;
+const MAX_TEXTS: usize = 256;
 
 /// The rows.
 #[derive(Clone, Copy)]

@@ -18,6 +18,7 @@ mod dialogue;
 mod dictionary;
 mod fold;
 pub mod link;
+mod named;
 mod numbers;
 mod printed;
 mod prune;
@@ -45,7 +46,7 @@ use crate::attributes::Attributes;
 use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::dictionary::Documents;
-use crate::ir::{Arg, Const, Inst, Shader, verify};
+use crate::ir::{Arg, Const, Inst, Shader, Stmt, verify};
 use crate::source::SourceMap;
 use crate::textures::TextureAccess;
 
@@ -107,7 +108,7 @@ pub fn optimise(
 /// As [`optimise`], with settings.
 ///
 /// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, dictionaries, traced rays and
-/// messages, closures, fold, zeros, fold, cases, fold, prune; the last two again, since dropping a slot or a branch may free more;
+/// messages (behind the cases of texts that these are asked by), closures, fold, zeros, fold, cases, fold, prune; the last two again, since dropping a slot or a branch may free more;
 /// then a review of what is left, whose warnings
 /// are returned; last the derivatives, of what is still used, and fold and prune again where there are any.
 pub fn optimise_with(
@@ -136,8 +137,12 @@ pub fn optimise_with(
     check(shader, "fold");
     textures::answer(shader, settings.textures)?;
     check(shader, "textures");
+    early_cases(shader, settings)?;
     dictionary::dictionary(shader, settings)?;
     check(shader, "dictionary");
+    if named::named(shader) {
+        check(shader, "named");
+    }
     let mut said = traces::answer(shader, settings.rays)?;
     check(shader, "traces");
     said.extend(clouds::answer(shader, settings.rays));
@@ -157,14 +162,7 @@ pub fn optimise_with(
         printed::printed(shader);
         check(shader, "printed");
     }
-    // What a case yields may be a choice again, of which the next call has cases.
-    let mut rounds = 0;
-    while rounds < MAX_ROUNDS && cases::cases(shader, settings)? {
-        check(shader, "cases");
-        fold(shader)?;
-        check(shader, "fold");
-        rounds += 1;
-    }
+    all_cases(shader, settings)?;
     said.extend(review::refuse_calls(shader, settings)?);
     prune(shader, outputs);
     check(shader, "prune");
@@ -196,6 +194,31 @@ pub fn optimise_with(
     tracing::debug!(values = shader.values.len(), slots = shader.slots.len(), "optimised");
     said.extend(warnings);
     Ok(said)
+}
+
+/// Carries out what only the host can, case by case. What a case yields may be a choice again, of which the next call has cases.
+fn all_cases(shader: &mut Shader, settings: &Settings<'_>) -> Result<(), Vec<Diagnostic>> {
+    let mut rounds = 0;
+    while rounds < MAX_ROUNDS && cases::cases(shader, settings)? {
+        fold(shader)?;
+        rounds += 1;
+    }
+    if (cfg!(debug_assertions) || cfg!(test))
+        && let Err(e) = verify(shader)
+    {
+        unreachable!("pass cases broke the IR: {e}");
+    }
+    Ok(())
+}
+
+/// Dictionaries and messages are asked by texts that may have to be made first.
+fn early_cases(shader: &mut Shader, settings: &Settings<'_>) -> Result<(), Vec<Diagnostic>> {
+    let asks = |name| matches!(name, "dict_find" | "dict_get" | "message_get" | "message_set");
+    let mut found = shader.values.iter().any(|v| matches!(&v.inst, Inst::Call(f, _) if asks(builtins::row(*f).name)));
+    for block in shader.blocks() {
+        block.walk(&mut |s| found |= matches!(s, Stmt::Call { func, .. } if asks(builtins::row(*func).name)));
+    }
+    if found { all_cases(shader, settings) } else { Ok(()) }
 }
 
 /// Answers `raytype`.

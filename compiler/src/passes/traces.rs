@@ -18,7 +18,7 @@ use crate::suggest;
 use std::collections::BTreeSet;
 
 /// What can be asked of the surface that was met: names and types in OSL's words, in the order of `trace_nearest`'s outputs.
-const FACTS: [(&str, &str, Ty); 10] = [
+pub(super) const FACTS: [(&str, &str, Ty); 10] = [
     ("hitdist", "float", Ty::Float),
     ("P", "point", Ty::Triple),
     ("N", "normal", Ty::Triple),

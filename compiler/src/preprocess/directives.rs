@@ -237,8 +237,9 @@ impl<'a> Run<'a> {
             }
             "warning" => self.out.warnings.push(Diagnostic::warning("W0001", span, text_of(args))),
             "pragma" => self.pragma(args, span, id),
-            "line" => self.line_ignored(span),
-            _ if name.kind == Kind::Number => self.line_ignored(span),
+            "line" => self.renumber(args, span),
+            // As compilers write it: `# 12 "file" flags`.
+            _ if name.kind == Kind::Number => self.renumber(&line, span),
             other => {
                 let message = format!("`#{other}` is no preprocessor directive");
                 self.error("E0003", span, message);
@@ -246,12 +247,19 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Said once per file: a preprocessed source is full of them.
-    fn line_ignored(&mut self, span: Span) {
-        let earlier = |d: &Diagnostic| d.code == "W0002" && d.labels.iter().any(|l| l.span.file == span.file);
-        if !self.out.warnings.iter().any(earlier) {
-            let message = "line directives are not followed: findings name the lines of this file itself";
-            self.out.warnings.push(Diagnostic::warning("W0002", span, message));
+    /// `#line number "file"`; the file may be left out.
+    fn renumber(&mut self, args: &[Token], span: Span) {
+        let mut expander = Expander::new(&self.macros, self.sources);
+        let tokens = expand_list(&mut expander, args, Vec::new());
+        let number = tokens.first().filter(|t| t.kind == Kind::Number).and_then(|t| t.str().parse::<u32>().ok());
+        let name = match tokens.get(1) {
+            None => Ok(None),
+            Some(t) if t.kind == Kind::Str => Ok(Some(crate::escape::unescape(t.str().trim_matches('"')))),
+            Some(_) => Err(()),
+        };
+        match (number.filter(|n| *n <= i32::MAX as u32), name) {
+            (Some(number), Ok(name)) => self.sources.renumber(span, number, name.as_deref()),
+            _ => self.error("E0003", span, "`#line` needs the number of the next line, and may name a file in quotes"),
         }
     }
 
@@ -400,7 +408,7 @@ impl<'a> Run<'a> {
             }
             ("warning", _) => self.out.warnings.push(Diagnostic::warning("W0001", span, text_of(&args[1..]))),
             ("osl", "nowarn") => {
-                let line = self.sources.locate(span).line;
+                let line = self.sources.line(span);
                 self.out.nowarn.push((id, line + 1));
             }
             // Pragmas of other tools are none of our business.

@@ -154,8 +154,8 @@ impl<'a> Expander<'a> {
 
     fn position_macro(&self, token: &Token) -> Option<Token> {
         let mut made = match token.str() {
-            "__LINE__" => Token::made(Kind::Number, &self.sources.locate(token.span).line.to_string(), token.span),
-            "__FILE__" => Token::made(Kind::Str, &quote(&self.sources.file(token.span.file).name), token.span),
+            "__LINE__" => Token::made(Kind::Number, &self.sources.shown(token.span).1.to_string(), token.span),
+            "__FILE__" => Token::made(Kind::Str, &quote(self.sources.shown(token.span).0), token.span),
             _ => return None,
         };
         made.spaced = token.spaced;

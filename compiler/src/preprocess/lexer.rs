@@ -171,7 +171,34 @@ impl Lexer {
                 Kind::Punct
             }
         };
-        self.token(kind, start, spaced)
+        match kind {
+            Kind::Ident | Kind::Number => self.joined(kind, start, spaced),
+            _ => self.token(kind, start, spaced),
+        }
+    }
+
+    /// A word that may go on behind a backslash-newline.
+    fn joined(&mut self, kind: Kind, start: usize, spaced: bool) -> Token {
+        let mut whole = String::new();
+        let mut piece = start;
+        loop {
+            let splice = self.splice();
+            let goes_on = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | 0x80..);
+            let mine = |b: &u8| goes_on(b) || kind == Kind::Number && *b == b'.';
+            if splice == 0 || !self.rest().get(splice).is_some_and(mine) {
+                break;
+            }
+            whole.push_str(&self.file.text[piece..self.at]);
+            self.at += splice;
+            piece = self.at;
+            self.take_while(|b| mine(&b));
+        }
+        let mut token = self.token(kind, start, spaced);
+        if piece != start {
+            whole.push_str(&self.file.text[piece..self.at]);
+            token.text = Text::Made(whole.into());
+        }
+        token
     }
 
     fn token(&self, kind: Kind, start: usize, spaced: bool) -> Token {

@@ -4,8 +4,8 @@
 //! directives, comments or macros, and the way back from its bytes to the files as the user wrote them.
 //! It must not know OSL's grammar.
 //!
-//! Not as in C: a backslash-newline joins lines between tokens and inside string literals only; `#line` is accepted and
-//! ignored with a warning, so that positions always name the real file.
+//! Not as in C: a backslash-newline joins lines between tokens and inside words, numbers and string literals only. `#line` is
+//! followed by what findings name; the text that they show is that of the file itself.
 
 mod condition;
 mod directives;
@@ -78,9 +78,10 @@ impl Preprocessed {
             let first = start + line.len() - line.trim_start().len();
             if !line.trim().is_empty() {
                 let span = self.place_at(first);
-                let here = (span.file, sources.line(span));
+                let (name, number) = sources.shown(span);
+                let here = (span.file, number);
                 if expected != Some(here) {
-                    out.push_str(&format!("# {} \"{}\"\n", here.1, sources.file(span.file).name));
+                    out.push_str(&format!("# {number} \"{name}\"\n"));
                 }
                 expected = Some((here.0, here.1 + 1));
                 out.push_str(line);

@@ -5,7 +5,10 @@
 
 use super::sources::Folders;
 use super::{Error, terminal};
-use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, Severity, SourceCode};
+use miette::{
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, Severity, SourceCode,
+    SourceSpan, SpanContents,
+};
 use oslcl_compiler::diag::{self, Diagnostic};
 use oslcl_compiler::source::{FileId, SourceMap, Span};
 use oslcl_compiler::{Failure, Master, Options, Output};
@@ -84,7 +87,7 @@ struct Report {
     code: Option<&'static str>,
     severity: Severity,
     help: Option<String>,
-    source: Option<NamedSource<String>>,
+    source: Option<Source>,
     labels: Vec<LabeledSpan>,
     elsewhere: Vec<Report>,
 }
@@ -102,7 +105,7 @@ impl Report {
                     code: None,
                     severity: Severity::Advice,
                     help: None,
-                    source: Some(named(sources, label.span.file)),
+                    source: Some(Source::of(sources, label.span)),
                     labels: vec![labelled(sources, label.span, None, true)],
                     elsewhere: Vec::new(),
                 });
@@ -116,16 +119,43 @@ impl Report {
             code: Some(d.code),
             severity,
             help: d.help.clone(),
-            source: file.map(|f| named(sources, f)),
+            source: d.labels.first().map(|l| Source::of(sources, l.span)),
             labels,
             elsewhere,
         }
     }
 }
 
-fn named(sources: &SourceMap, file: FileId) -> NamedSource<String> {
-    let file = sources.file(file);
-    NamedSource::new(&file.name, file.text.to_string())
+/// A file's text, with the name and the lines that `#line` gives it where a label stands.
+#[derive(Debug)]
+struct Source {
+    name: String,
+    text: String,
+    /// The label's line, and what it counts as.
+    line: (usize, usize),
+}
+
+impl Source {
+    fn of(sources: &SourceMap, span: Span) -> Source {
+        let (name, line) = sources.shown(span);
+        let text = sources.file(span.file).text.to_string();
+        Source { name: name.to_owned(), text, line: (sources.line(span) as usize, line as usize) }
+    }
+}
+
+impl SourceCode for Source {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        before: usize,
+        after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let found = self.text.read_span(span, before, after)?;
+        let line = (found.line() + self.line.1).saturating_sub(self.line.0);
+        let (data, at) = (found.data(), *found.span());
+        let (name, column, lines) = (self.name.clone(), found.column(), found.line_count());
+        Ok(Box::new(MietteSpanContents::new_named(name, data, at, line, column, lines)))
+    }
 }
 
 /// A label that lies inside its source: what is missing at the end is shown on the last character.

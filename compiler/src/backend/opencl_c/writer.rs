@@ -144,9 +144,10 @@ impl<'a> Writer<'a> {
     /// Writes one line, after a `#line` if lines are tracked and the place is news.
     pub(super) fn put(&mut self, span: Option<Span>, text: &str) {
         if let (Some(sources), Some(span)) = (self.sources, span.filter(|s| s.end > s.start)) {
-            let at = (span.file.0, sources.line(span));
+            let (name, line) = sources.shown(span);
+            let at = (span.file.0, line);
             if self.line != Some(at) {
-                let name = sources.file(span.file).name.replace(['"', '\\', '\n', '\r', '@'], "_");
+                let name = name.replace(['"', '\\', '\n', '\r', '@'], "_");
                 self.out.push_str(&format!("#line {} \"{name}\"\n", at.1));
                 self.line = Some(at);
             }

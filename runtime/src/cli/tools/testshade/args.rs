@@ -57,6 +57,10 @@ pub struct Args {
     pub userdata_isconnected: bool,
     /// `--debug`
     pub debug: bool,
+    /// `--debugnan`
+    pub debug_nan: bool,
+    /// `--debuguninit`
+    pub debug_uninit: bool,
     /// `--device`
     pub device: Option<String>,
     /// `--host`
@@ -104,6 +108,8 @@ impl Default for Args {
             userdata: Vec::new(),
             userdata_isconnected: false,
             debug: false,
+            debug_nan: false,
+            debug_uninit: false,
             device: None,
             host: false,
             help: false,
@@ -192,6 +198,8 @@ const TABLE: &[Spec] = &[
     spec(&["host"], Takes::Nothing, "Run on the host, in double precision"),
     spec(&["runstats", "stats", "profile"], Takes::Nothing, "Print what took how long"),
     spec(&["oslquery"], Takes::Nothing, "Print the group and each shader's parameters"),
+    spec(&["debuguninit"], Takes::Nothing, "Report variables that are read before they have a value"),
+    spec(&["debugnan"], Takes::Nothing, "Report variables that get a NaN or an infinity"),
     spec(&["debug"], Takes::Nothing, "Say which globals the compiled group reads"),
     spec(&["help", "h"], Takes::Nothing, "Print this help"),
     spec(&["version"], Takes::Nothing, "Print the version"),
@@ -203,8 +211,6 @@ const TABLE: &[Spec] = &[
             "O1",
             "O2",
             "debug2",
-            "debugnan",
-            "debuguninit",
             "groupoutputs",
             "warmup",
             "batched",
@@ -286,6 +292,8 @@ fn take(args: &mut Args, mut item: Item) -> Result<(), String> {
         "userdata_isconnected" => args.userdata_isconnected = true,
         "inbuffer" => args.from_source = true,
         "debug" => args.debug = true,
+        "debugnan" => args.debug_nan = true,
+        "debuguninit" => args.debug_uninit = true,
         "device" => args.device = Some(first),
         "host" => args.host = true,
         "runstats" => args.statistics = true,

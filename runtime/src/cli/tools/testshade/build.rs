@@ -30,6 +30,8 @@ impl Shaders {
             spaces: grid::SPACES.map(str::to_owned).into(),
             unknown_noise_runs: true,
             range_checks: args.option("range_checking") != Some("0"),
+            finite_checks: args.debug_nan,
+            unassigned_checks: args.debug_uninit,
             color_system: args.colorspace.as_deref().and_then(ColorSystem::by_name).unwrap_or_default(),
             ..Options::default()
         };
