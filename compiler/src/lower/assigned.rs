@@ -16,14 +16,6 @@ use std::collections::{HashMap, HashSet};
 /// A variable that starts without a value: its type and name in OSL's words.
 pub(super) type Unassigned = (LocalId, String);
 
-/// A variable's name: compiled shaders put the number of its scope before it (`___12_x`).
-pub(super) fn as_written(name: &str) -> &str {
-    match name.strip_prefix("___").map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit())) {
-        Some(rest) => rest.strip_prefix('_').unwrap_or(name),
-        None => name,
-    }
-}
-
 impl Lower<'_> {
     /// A variable is declared without a value.
     pub(super) fn declared_without_value(&mut self, name: &str, ty: Type, storage: &Storage) {
@@ -31,7 +23,6 @@ impl Lower<'_> {
         if !self.settings.unassigned_checks || name.starts_with('$') {
             return;
         }
-        let name = as_written(name);
         match (storage, ty.base) {
             (Storage::Local(local), base) => {
                 let len = self.out.locals[local.0 as usize].len.map_or(String::new(), |n| format!("[{n}]"));

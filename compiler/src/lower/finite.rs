@@ -5,7 +5,6 @@
 //! The reference looks at each operation's result, its own temporaries too; here at what variables get.
 
 use super::Lower;
-use super::assigned::as_written;
 use super::place::{Place, Storage};
 use crate::ast::BinaryOp;
 use crate::check::typed::{Callee, Expr, ExprKind};
@@ -57,7 +56,7 @@ impl Lower<'_> {
         if matches!(self.frames.last(), Some(f) if matches!(&f.result, Some(Storage::Local(l)) if *l == local)) {
             return;
         }
-        let name = as_written(&self.out.locals[local.0 as usize].name).replace('%', "%%");
+        let name = self.out.locals[local.0 as usize].name.replace('%', "%%");
         let behind = format!("value in {name} at {PLACE} (op {})", operation(e));
         let mut rest = Block::default();
         for part in parts.into_iter().rev() {
