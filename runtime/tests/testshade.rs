@@ -227,4 +227,11 @@ fn variables_that_are_read_too_early_are_reported() {
     assert!(err.contains(&said("float once", 19)), "{err}");
     let (_, err) = testshade(&at, &["-o", "Cout", "null", "unassigned"]);
     assert_eq!(err, "");
+    // By way of the compiled form, where variables have other names and no place of their own.
+    let oslcl = env!("CARGO_BIN_EXE_oslcl");
+    let compiled = Command::new(oslcl).current_dir(&at).args(["oslc", "-q", "unassigned.osl"]).status();
+    assert!(compiled.expect("it starts").success());
+    fs::remove_file(at.join("unassigned.osl")).expect("it is there");
+    let (_, err) = testshade(&at, &["--debuguninit", "-o", "Cout", "null", "unassigned"]);
+    assert_eq!(err, all.iter().map(|(what, line)| said(what, *line)).collect::<String>());
 }

@@ -243,6 +243,10 @@ impl<'a> Lower<'a> {
             _ => None,
         };
         let storage = self.storage(&var.name, var.ty, kind.unwrap_or(LocalKind::Variable));
+        if kind.is_none() {
+            // Compiled shaders do not say where variables are declared.
+            self.declared_without_value(&var.name, var.ty, &storage);
+        }
         self.env.insert(id, storage.clone());
         storage
     }
