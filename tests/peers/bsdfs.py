@@ -54,7 +54,9 @@ def families():
         "roughness 1e-4 : 1": flat(facets(1e-4, 1.0, 1.5, d) + facets(1.0, 1e-4, 1.5, d) for d in (0.0, 60.0, 85.0)),
         "cosines to 1e-8": flat(facets(0.1, 0.1, 1.5, d) + [(diffuse, d)] for d in cosines),
         "cosines to 1e-8, mirrors": flat(facets(0.0, 0.0, 1.5, d) for d in cosines),
-        "ior 1 +- 1e-7": flat(facets(0.0, 0.0, e, 50.0) + facets(0.1, 0.1, e, 50.0) + facets(0.0, 0.0, e, angle(1e-4)) for e in near),
+        "ior 1 +- 1e-7": flat(
+            facets(0.0, 0.0, e, 50.0) + facets(0.1, 0.1, e, 50.0) + facets(0.0, 0.0, e, angle(1e-4)) for e in near
+        ),
         "the edge of total reflection": flat(facets(0.0, 0.0, 1 / 1.5, d) + facets(0.05, 0.05, 1 / 1.5, d) for d in around),
         "ior 1e-3 and 1e3": flat(facets(a, a, e, d) for e in (1e-3, 1e3) for d in (0.0, 60.0, 85.0) for a in (0.0, 0.2)),
         "conductors, n 1e-3 .. 1e3, k 0 .. 1e3": metals,
@@ -92,7 +94,9 @@ def examine(bsdf, degrees, count, seed):
     # A sample that the BSDF rejects (a reflection below the surface) may come with the density that it was drawn with, and no value.
     drawn = ~(pdf == 0) & (~(value == 0) | ~(f == 0)).any(1)
     finite = lambda x: np.isfinite(x).all(1) if x.ndim == 2 else np.isfinite(x)
-    fine = finite(value) & finite(f) & finite(back) & finite(pdf) & finite(pdf_of) & (value >= 0).all(1) & (pdf >= 0) & (pdf_of >= 0)
+    fine = (
+        finite(value) & finite(f) & finite(back) & finite(pdf) & finite(pdf_of) & (value >= 0).all(1) & (pdf >= 0) & (pdf_of >= 0)
+    )
     fine &= ~drawn | (finite(wi) & (np.abs((wi * wi).sum(1) - 1) < 1e-4))
     # Radiance is scaled by the square of the ior across an interface; light itself is not.
     light = np.where(drawn, value.max(1) * np.where(kind & int(mi.BSDFFlags.Transmission) != 0, eta * eta, 1), 0)

@@ -112,11 +112,14 @@ def surface(nodes, material, folder):
         return node
 
     def script():
-        path = os.path.join(folder, "material.osl")
+        path = os.path.join(folder, f"material{len(os.listdir(folder))}.osl")
         with open(path, "w") as file:
-            file.write("shader material(output closure color Out = 0)\n{\n    closure color Ci = 0;\n    " + value + "\n    Out = Ci;\n}\n")
+            file.write("#define Ci Out\nshader material(output closure color Out = 0)\n{\n    " + value + "\n}\n")
         node = add("ShaderNodeScript")
         node.mode, node.filepath = "EXTERNAL", path
+        # The module lacks oslquery, by which Blender finds a script's outputs; Cycles compiles it all the same.
+        if not node.outputs:
+            node.outputs.new("NodeSocketShader", "Out")
         return node
 
     return {
@@ -199,6 +202,11 @@ def shoot(scene, folder):
         os.remove(path)
     scene.render.filepath = path
     bpy.ops.render.render(write_still=True)
+    # A shader that does not compile is left out without an error.
+    for name in os.listdir(folder):
+        if name.endswith(".osl") and not os.path.exists(os.path.join(folder, name[:-1] + "o")):
+            os.remove(os.path.join(folder, name))
+            raise RuntimeError(f"{name} does not compile")
     return read_exr(path)
 
 
@@ -220,7 +228,9 @@ def render(what, folder):
     if distance < 2 * NEAREST:
         raise NotImplementedError("the camera stands nearer than 1e-6, its shortest clip distance")
     lens = 18 / np.tan(np.radians(what.hfov) / 2)
-    camera = add_camera(scene, sensor_width=36, sensor_fit="HORIZONTAL", lens=float(lens), clip_start=distance * 1e-2, clip_end=distance * 1e4)
+    camera = add_camera(
+        scene, sensor_width=36, sensor_fit="HORIZONTAL", lens=float(lens), clip_start=distance * 1e-2, clip_end=distance * 1e4
+    )
     back = what.origin - what.target
     back = back / np.linalg.norm(back)
     right = np.cross([0, 0, 1], back)

@@ -166,6 +166,8 @@ def leaves(placement, origins, directions, seed, folder):
     scene = target(placement, folder)
     si = scene.ray_intersect(mi.Ray3f(mi.Point3f(origins.T), mi.Vector3f(directions.T)))
     valid = np.array(si.is_valid())
+    if valid.mean() < 0.5:
+        raise NotImplementedError(f"{valid.sum()} of {valid.size} rays meet it")
     middle = placement.matrix[:3, 3]
     draw = np.random.default_rng(seed).random
     n, p = np.array(si.n).T.astype(float), np.array(si.p).T.astype(float)

@@ -26,7 +26,10 @@ LEAKY = {
 
 
 def version():
-    return subprocess.run([BINARY, "--version"], capture_output=True, text=True).stdout.strip()
+    """With the commit of this folder, and the device."""
+    say = lambda *command: subprocess.run(command, capture_output=True, text=True, cwd=os.path.dirname(__file__)).stdout.strip()
+    device = say(BINARY, "devices").partition("\n")[0].partition(": ")[2]
+    return f"{say(BINARY, '--version')} (commit {say('git', 'rev-parse', '--short', 'HEAD')}) on {device or 'no device'}"
 
 
 def number(x):
@@ -45,7 +48,9 @@ def ci(material):
         "both": lambda: ALL,
         "glass": lambda: "reflection(N, e) + refraction(N, e)",
         "rough_glass": lambda: f'microfacet("ggx", N, {number(value[0])}, e, 2)',
-        "conductor": lambda: "conductor_bsdf(N, dPdu, {2}, {2}, color({0}), color({1}), 'ggx')".format(*map(number, value)).replace("'", '"'),
+        "conductor": lambda: "conductor_bsdf(N, dPdu, {2}, {2}, color({0}), color({1}), 'ggx')".format(*map(number, value)).replace(
+            "'", '"'
+        ),
         "leaky": lambda: f"0.001 * transparent() + 0.999 * {LEAKY[value]}",
     }[kind]()
 
