@@ -12,7 +12,8 @@ use std::sync::{Mutex, PoisonError};
 
 const HEAD: &str = "# What the hard cases measure\n\n\
     Written by `make hard-cases` (tests/tests/hard_cases_*.rs); do not edit. Each row is one measured number and the bound that the\n\
-    test holds it to, in the three precisions. How each is kept: [numerics.md](../numerics.md).\n";
+    test holds it to, in the three precisions. How each is kept: [numerics.md](../numerics.md). The same in\n\
+    other renderers: [stability-peers.md](stability-peers.md).\n";
 
 /// Of one device: by group and case, the bounds and the numbers as they stand in the table.
 type Table = BTreeMap<(String, String), [String; 4]>;
