@@ -497,12 +497,13 @@ fn choices_are_checked_and_change_what_they_should() {
         (&["--set", "sampler"], ["--set sampler", "NAME=VALUE"]),
         (&["--set", "environment_map=100"], ["cannot be `100`", "a power of two"]),
         (&["--set", "adaptive=2"], ["cannot be `2`", "a relative error from 0.0001 to 1"]),
-        (&["--set", "adaptive=0.1", "--target-error", "0.1"], ["--target-error", "choose one"]),
         (&["--profile", "best"], ["--profile best", "draft, standard, reference"]),
     ] {
         let run = at.oslcl(&[&["render", "s.toml", "-o", "p.exr", "--spp", "1"][..], args].concat());
         fails(&run, 2, &parts);
     }
+    let both = ["render", "s.toml", "-o", "p.exr", "--set", "adaptive=0.1", "--target-error", "0.1"];
+    fails(&at.oslcl(&both), 2, &["--target-error", "--set adaptive", "choose one"]);
     let picture = |name: &str, args: &[&str]| {
         let out = format!("{name}.exr");
         succeeds(&at.oslcl(&[&["render", "s.toml", "-o", &out, "--spp", "4"][..], args].concat()));

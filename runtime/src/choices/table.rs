@@ -100,7 +100,13 @@ pub const TABLE: &[Row] = &[
 pub const PROFILES: &[(&str, &[(&str, &str)])] = &[
     (
         "draft",
-        &[("precision", "fast"), ("environment_map", "128"), ("tree", "fast"), ("depth", "5"), ("roulette", "2")],
+        &[
+            ("precision", "fast"),
+            ("intersection", "fast"),
+            ("environment_map", "128"),
+            ("tree", "fast"),
+            ("adaptive", "0.1"),
+        ],
     ),
     ("standard", &[]),
     (
