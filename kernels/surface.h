@@ -112,7 +112,7 @@ static inline real3 clear_of_edges(real3 P, real3 e1, real3 e2, real3 extent, re
     const real3 e3 = e2 - e1;
     const real longest = sqrt(max(dot(e1, e1), max(dot(e2, e2), dot(e3, e3))));
     const real height = length(cross(e1, e2)) / longest;
-    const real margin = fmin(8 * REAL_EPSILON * max_component(extent) / height, MOST_CLEARANCE);
+    const real margin = fmin(REAL_EPSILON * max_component(extent) / height, MOST_CLEARANCE);
     const real3 w = fmax((real3)(1 - u - v, u, v), margin);
     const real scale = 1 / (w.x + w.y + w.z);
     return P + e1 * (w.y * scale - u) + e2 * (w.z * scale - v);

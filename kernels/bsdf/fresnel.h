@@ -49,15 +49,17 @@ static inline real3 fresnel_conductor(real c, real3 n, real3 k)
 }
 
 // The direction into which wo is bent at a surface with unit normal m and cosine c = dot(wo, m) >= 0.
-// Returns the cosine below, or 0 at total reflection. By the tangential part, which keeps its digits when eta is
-// far from 1. cos^2 = 1 - sin^2 / eta^2 cancels at grazing incidence with eta near 1; (eta^2 - 1 + c^2) / eta^2 does not.
+// Returns the cosine below, or 0 at total reflection. By the tangential part, which keeps its digits when eta is far from 1.
+// Its length gives the cosine, but at grazing incidence with eta near 1, where 1 - sin^2 / eta^2 cancels and
+// (eta^2 - 1 + c^2) / eta^2 does not; that one in turn loses the rounding of c, by 1 / eta^2, when eta is small.
 static inline real refract_direction(real3 wo, real3 m, real c, real eta, real3 *wi)
 {
-    real3 tangential = (wo - m * c) / eta;
-    real cos2 = ((eta - 1) / eta) * ((eta + 1) / eta) + sqr(c / eta);
+    const real3 tangential = (wo - m * c) / eta;
+    const real cos2 = c > (real)0.5 ? 1 - dot(tangential, tangential)
+                                    : ((eta - 1) / eta) * ((eta + 1) / eta) + sqr(c / eta);
     if (!(cos2 > 0)) return 0;
-    real cos_t = sqrt(cos2);
-    *wi = -tangential - m * cos_t;
+    const real cos_t = sqrt(cos2);
+    *wi = normalize(-tangential - m * cos_t);
     return cos_t;
 }
 
