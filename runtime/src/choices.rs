@@ -7,7 +7,9 @@ mod table;
 mod values;
 
 pub use table::{PROFILES, Row, TABLE, markdown};
-pub use values::{Intersection, LightChoice, Lobes, Maths, MipBias, PathState, Sampler, TextureFilter, Threshold, TreeQuality};
+pub use values::{
+    Intersection, LightChoice, Lobes, Maths, MipBias, PathState, Sampler, TextureFilter, Threshold, TreeQuality,
+};
 
 use crate::plan::{Effect, Overrides};
 use crate::precision::Precision;

@@ -267,7 +267,9 @@ fn needs(effect: Effect) -> Scene {
             ),
             FLAT_SKY,
         ),
-        SplitLobes => lit("surface d() { Ci = color(0.5, 0, 0.2) * diffuse(N) + color(0, 0.5, 0) * oren_nayar(N, 0.4); }"),
+        SplitLobes => {
+            lit("surface d() { Ci = color(0.5, 0, 0.2) * diffuse(N) + color(0, 0.5, 0) * oren_nayar(N, 0.4); }")
+        }
         Adaptive => {
             let mut scene = lit(WHITE);
             scene.integrator.samples = 64;

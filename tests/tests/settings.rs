@@ -127,7 +127,9 @@ fn texture_filters_are_what_they_are_called() {
     for (k, (value, _, wanted)) in filters.into_iter().enumerate() {
         let (_, interp, asked) = filters[(k + 1) % 3];
         let scene = screen(&file, PIXELS, &format!(", \"interp\", \"{interp}\""));
-        let off = |settings: &[(&str, &str)], filter: Filter| distance(&render_with(&scene, settings).0, &|s, t| filter(TEXELS, s, t));
+        let off = |settings: &[(&str, &str)], filter: Filter| {
+            distance(&render_with(&scene, settings).0, &|s, t| filter(TEXELS, s, t))
+        };
         let overruled = off(&[("texture_filter", value)], wanted);
         assert!(overruled < 1e-3, "texture_filter={value} of a lookup by {interp}: {overruled} from its closed form");
         let as_asked = off(&[], asked);
@@ -244,8 +246,7 @@ fn half_noise(width: u32, height: u32, samples: u32) -> Scene {
     scene.integrator.samples = samples;
     scene.integrator.max_depth = 1;
     scene.camera.hfov_degrees = 2.0 * (0.2f64).atan().to_degrees();
-    let m =
-        material(&mut scene, "surface s() { Ci = (u < 0.5 ? 0.5 : noise(\"cell\", 1e5 * P)) * emission(); }", &[]);
+    let m = material(&mut scene, "surface s() { Ci = (u < 0.5 ? 0.5 : noise(\"cell\", 1e5 * P)) * emission(); }", &[]);
     scene.materials[m.0 as usize].sampled_light = false;
     let w = mesh(&mut scene, wall());
     place(&mut scene, w, m, DAffine3::IDENTITY);

@@ -96,7 +96,8 @@ fn adapted(a: &Outcome) -> String {
     format!(
         "adaptive   {:.1} % of the samples saved: {least} to {most} a pixel, {mean:.1} in the mean; {reached} of {tiles} tiles have \
          an error below {}\n",
-        100.0 * a.saved, a.threshold
+        100.0 * a.saved,
+        a.threshold
     )
 }
 

@@ -515,7 +515,8 @@ mod tests {
                         for number in 0..if triple { 4 } else { field.numbers } {
                             let at = (place & !FIELD_HALF) + number;
                             // In halves of the record, of which a real has two.
-                            let parts = if half { vec![2 * layout.halves_first() + at] } else { vec![2 * at, 2 * at + 1] };
+                            let parts =
+                                if half { vec![2 * layout.halves_first() + at] } else { vec![2 * at, 2 * at + 1] };
                             for part in parts {
                                 assert!(part < 2 * total, "{name}");
                                 assert!(taken.insert(part), "{name}");
