@@ -16,7 +16,7 @@ binary() {
 # The seeds of a folder, flat.
 seeds() {
     mkdir -p "$1"
-    for file in ../tests/corpus/*.osl ../tests/corpus/run/*.osl ../tests/corpus/errors/*.osl ../shaders-osl/*.osl; do
+    for file in ../tests/corpus/*.osl ../tests/corpus/run/*.osl ../tests/corpus/errors/*.osl ../tests/corpus/language/*.osl ../shaders-osl/*.osl; do
         cp "$file" "$1/$(basename "$(dirname "$file")")-$(basename "$file")"
     done
 }

@@ -58,12 +58,15 @@ typedef struct {
 #define SHAPE_HAS_UVS 2u
 #define SHAPE_EMITS 4u
 
+// The last word of a triangle's corners: the shape above a bit for each corner whose opposite edge is flat, see clear_of_edges.
+#define FLAT_EDGES_BITS 3
+
 static inline uint shape_of(const Context *c, uint triangle, uint instance)
 {
 #ifdef HAS_INSTANCES
     if (instance != 0) return c->instance_roots[2 * instance + 1];
 #endif
-    return c->corners[4 * (size_t)c->triangle_ids[triangle] + 3];
+    return c->corners[4 * (size_t)c->triangle_ids[triangle] + 3] >> FLAT_EDGES_BITS;
 }
 
 static inline uint shape_word(const Context *c, uint shape, uint word) { return c->shapes[SHAPE_WORDS * shape + word]; }
@@ -105,15 +108,17 @@ static inline real3 transform_extent(__global const real *m, real3 p)
 
 // Moves a point along its triangle, so that it lies clear of the edges: rounded to beyond one, it would lie behind the next wall of
 // a corner, and a ray from there would leave a closed room. extent: the sizes of the terms of its sum; u, v: its weights of
-// corners 1 and 2. Within a needle, which holds no such point, it moves no further than MOST_CLEARANCE of the needle's length.
+// corners 1 and 2. Across a flat edge the surface goes on in the same plane, so that no wall is there: the point stays. Within a
+// needle, which holds no clear point, it moves no further than MOST_CLEARANCE of the needle's length.
 #define MOST_CLEARANCE ((real)(1 / 256.0))
-static inline real3 clear_of_edges(real3 P, real3 e1, real3 e2, real3 extent, real u, real v)
+static inline real3 clear_of_edges(real3 P, real3 e1, real3 e2, real3 extent, real u, real v, uint flat)
 {
     const real3 e3 = e2 - e1;
     const real longest = sqrt(max(dot(e1, e1), max(dot(e2, e2), dot(e3, e3))));
     const real height = length(cross(e1, e2)) / longest;
-    const real margin = fmin(REAL_EPSILON * max_component(extent) / height, MOST_CLEARANCE);
-    const real3 w = fmax((real3)(1 - u - v, u, v), margin);
+    const real margin = fmin(8 * REAL_EPSILON * max_component(extent) / height, MOST_CLEARANCE);
+    const real3 margins = (real3)(flat & 1u ? 0 : margin, flat & 2u ? 0 : margin, flat & 4u ? 0 : margin);
+    const real3 w = fmax((real3)(1 - u - v, u, v), margins);
     const real scale = 1 / (w.x + w.y + w.z);
     return P + e1 * (w.y * scale - u) + e2 * (w.z * scale - v);
 }
@@ -160,7 +165,7 @@ static inline SurfacePoint surface_point(const Context *c, uint triangle, uint i
         error = error / length(normal) + error_along(Ng, extent);
     }
 #endif
-    s.P = clear_of_edges(s.P, e1, e2, extent, u, v);
+    s.P = clear_of_edges(s.P, e1, e2, extent, u, v, corner[3]);
     sg->backfacing = dot(I, Ng) > 0;
 #ifndef HAS_TRUSTED_NORMALS
     if (dot(N, Ng) < 0) N = -N;

@@ -8,6 +8,7 @@
 
 mod alias;
 mod bvh;
+mod edges;
 mod lights;
 
 pub use alias::AliasTable;
@@ -42,6 +43,9 @@ pub enum Error {
 /// Most triangles, placed or shared: three corners and instance marks have to fit 32-bit indices.
 const MAX_TRIANGLES: u64 = 1 << 29;
 
+/// Bits below the shape in a triangle's last word, as in kernels/surface.h.
+const FLAT_EDGES_BITS: u32 = 3;
+
 /// Bits of a shape's flags, as in kernels/surface.h.
 const HAS_NORMALS: u32 = 1;
 const HAS_UVS: u32 = 2;
@@ -57,7 +61,8 @@ pub struct Geometry {
     pub triangles: Vec<f64>,
     /// Triangle number of each of those.
     pub triangle_ids: Vec<u32>,
-    /// By triangle number: indices of the three corners' attributes, and the shape (unused for instanced meshes).
+    /// By triangle number: indices of the three corners' attributes; and the shape (unused for instanced meshes) above 3 bits, one
+    /// for each corner whose opposite edge is flat.
     pub corners: Vec<u32>,
     /// 3 floats a vertex; empty when no mesh has normals.
     pub normals: Vec<f32>,
@@ -210,9 +215,10 @@ impl<'a> Builder<'a> {
         let first = (self.out.corners.len() / 4) as u32;
         let base = self.vertices;
         let mirrored = transform.is_some_and(|t| t.matrix3.determinant() < 0.0);
-        for [a, b, c] in &mesh.triangles {
-            let (b, c) = if mirrored { (c, b) } else { (b, c) };
-            self.out.corners.extend([base + a, base + b, base + c, shape]);
+        for ([a, b, c], flat) in mesh.triangles.iter().zip(edges::flat(mesh)) {
+            let (b, c, flat) =
+                if mirrored { (c, b, flat & 1 | (flat & 2) << 1 | (flat & 4) >> 1) } else { (b, c, flat) };
+            self.out.corners.extend([base + a, base + b, base + c, shape << FLAT_EDGES_BITS | flat]);
         }
         let count = mesh.positions.len();
         self.vertices += count as u32;
