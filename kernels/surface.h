@@ -89,8 +89,9 @@ static inline void tangents(real3 e1, real3 e2, real2 d1, real2 d2, real3 Ng, re
 // Rendering", 4th ed., 2023, sec. 6.8.
 static inline real error_along(real3 n, real3 extent) { return 16 * dot(fabs(n), extent); }
 
-// The error of meet_triangle along the normal: it knows a plane along an oblique ray no better than the triangle's longest side.
-#ifdef INTERSECTION_F64
+// The error of meet_triangle along the normal: it knows a plane along an oblique ray no better than the triangle's longest side. Of a
+// test in doubles floats see none.
+#if defined(INTERSECTION_F64) && !defined(OSLCL_F64)
 static inline real error_of_test(real3 extent) { return 0; }
 #else
 static inline real error_of_test(real3 extent) { return 4 * max_component(extent); }

@@ -89,9 +89,10 @@ struct Worst {
     reciprocity: f64,
 }
 
-/// A part of some samples; few are taken for a hundred: a lobe of which three samples in 1e5 are seen says nothing by those.
-fn share(count: usize, of: usize) -> f64 {
-    count as f64 / of.max(100) as f64
+/// A part of some samples, of `drawn`; fewer than a hundredth of these, or than a hundred, are taken for as many: a lobe of which
+/// three samples in 1e5 are seen says nothing by those.
+fn share(count: usize, of: usize, drawn: usize) -> f64 {
+    count as f64 / of.max(100).max(drawn / 100) as f64
 }
 
 /// Whether two numbers differ by more than a twentieth.
@@ -119,14 +120,14 @@ fn examine(lab: &Lab, c: &Case, count: usize, seed: u32, worst: &mut Worst) {
         worst.energy = worst.energy.max(mean - 4.5 * (variance / count as f64).sqrt());
     }
     let rough: Vec<&Sample> = drawn.iter().filter(|s| s.flags != 0 && s.flags & DELTA == 0).collect();
-    worst.pdf = worst.pdf.max(share(rough.iter().filter(|s| apart(s.pdf, s.eval_pdf)).count(), rough.len()));
+    worst.pdf = worst.pdf.max(share(rough.iter().filter(|s| apart(s.pdf, s.eval_pdf)).count(), rough.len(), count));
     let off = |s: &&&Sample| apart(s.value[0], s.f[0] / s.eval_pdf.max(f64::MIN_POSITIVE));
-    worst.value = worst.value.max(share(rough.iter().filter(off).count(), rough.len()));
+    worst.value = worst.value.max(share(rough.iter().filter(off).count(), rough.len(), count));
     let (n, co) = (c.n, dot(c.n, c.wo()));
     let both: Vec<&&Sample> =
         rough.iter().filter(|s| s.flags & REFLECT != 0 && dot(n, s.wi) > 1e-2 && co > 1e-2).collect();
     let uneven = |s: &&&&Sample| apart(s.f[0] * co, s.swapped[0] * dot(n, s.wi));
-    worst.reciprocity = worst.reciprocity.max(share(both.iter().filter(uneven).count(), both.len()));
+    worst.reciprocity = worst.reciprocity.max(share(both.iter().filter(uneven).count(), both.len(), count));
 }
 
 fn hold(run: &Run<'_>, ledger: &mut Ledger, name: &str, worst: &Worst) {

@@ -285,7 +285,7 @@ fn what_is_not_done_is_said_with_its_place() {
     assert!(refused("Ci = trace(P, N, \"shade\") * diffuse(N);").contains("no value"));
     assert!(
         refused("float y; trace(P, N); getmessage(\"trace\", format(\"%g\", u), y); Ci = y * diffuse(N);")
-            .contains("E3003")
+            .contains("E3001")
     );
 }
 
