@@ -127,13 +127,14 @@ static inline int queue_slot(const Context *c, uint queue, uint *slot)
 {
     uint i = get_global_id(0);
     if (i >= c->counters[queue]) return 0;
-    *slot = c->queues[(size_t)queue * PATHS + i];
+    *slot = c->queues[(size_t)queue * setting(c, SETTING_paths) + i];
     return 1;
 }
 
 static inline void queue_store(const Context *c, int queue, uint at, uint slot)
 {
-    if (at < PATHS) c->queues[(size_t)queue * PATHS + at] = slot;
+    const uint paths = setting(c, SETTING_paths);
+    if (at < paths) c->queues[(size_t)queue * paths + at] = slot;
     else atomic_inc(&c->counters[COUNTER_dropped]);
 }
 

@@ -2,7 +2,8 @@
 //
 // A material function, its name in Artifact.entry, is
 //     void ENTRY(const ShaderGlobals *sg, real pick, ShadeResult *out);
-// `pick` is uniform in [0,1), or, where the scene splits paths, LOBE_NUMBER(k): the k-th lobe that is offered, not one at random. It calls, for every lobe slot with non-zero weight,
+// `pick` is uniform in [0,1), or, where the scene splits paths, LOBE_NUMBER(k): the k-th lobe that is offered, not one at random. It
+// calls, for every lobe slot with non-zero weight,
 //     Lobe lobe = closure_NAME_CODES(args...);          // kernels/bsdf/NAME.h; CODES as in the table of built-ins
 //     lobe_offer(out, &choice, &lobe, weight, wo);      // kernels/bsdf/pick.h; wo = -sg->I
 // then lobe_finish(out, &choice), and adds emission, background and holdout itself. String arguments are string ids (strings.h).

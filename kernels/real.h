@@ -42,11 +42,12 @@ typedef int real_bits;
 #define PI 3.14159265358979323846
 #define INV_PI 0.31830988618379067154
 
-// By its bits: relaxed arithmetic takes it for granted that a comparison with infinity holds.
+// By its bits: relaxed arithmetic takes it for granted that a comparison with infinity holds. By their order, not by the exponent's
+// alone, for which LLVM knows the question that is asked and answers it as relaxed arithmetic does.
 #ifdef OSLCL_F64
-static inline int is_finite_real(real x) { return (as_long(x) & 0x7ff0000000000000L) != 0x7ff0000000000000L; }
+static inline int is_finite_real(real x) { return (as_ulong(x) & 0x7fffffffffffffffUL) < 0x7ff0000000000000UL; }
 #else
-static inline int is_finite_real(real x) { return (as_int(x) & 0x7f800000) != 0x7f800000; }
+static inline int is_finite_real(real x) { return (as_uint(x) & 0x7fffffffu) < 0x7f800000u; }
 #endif
 
 static inline real3 load_real3(__global const real *p, size_t i) { return vload3(i, p); }

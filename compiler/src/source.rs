@@ -109,10 +109,11 @@ impl SourceMap {
         (*line > 0).then_some((file, *line))
     }
 
-    /// The line behind `span` counts as line `line` of the file `name`, or of the one that lines already count to.
+    /// The line behind the end of `span` counts as line `line` of the file `name`, or of the one that lines already count to.
     pub fn renumber(&mut self, span: Span, line: u32, name: Option<&str>) {
         let (shown, _) = self.shown(span);
-        let entry = (self.line(span) + 1, line, name.unwrap_or(shown).into());
+        let last = self.file(span.file).line_starts.partition_point(|&s| s < span.end) as u32;
+        let entry = (last + 1, line, name.unwrap_or(shown).into());
         self.files[span.file.0 as usize].renumbered.push(entry);
     }
 

@@ -20,8 +20,15 @@ static inline int stage_accumulate(const Context *c, uint slot)
     const size_t at = per_pixel * (size_t)setting(c, SETTING_pixel_first) + slot;
 #endif
     real4 sample = (real4)(L, 0);
+#ifdef PATHU_turn
+    const uint turn = path_turn(c, slot) + 1, turns = path_turns(c, slot);
+    const int is_last = turn >= turns;
+#else
+    const int is_last = 1;
+#endif
 #ifdef PATH_hole
-    sample.w = clamp(1 - path_get(c, PATH_hole, slot), (real)0, (real)1);
+    // What a sample's turns leave out adds up.
+    if (is_last) sample.w = clamp(1 - path_get(c, PATH_hole, slot), (real)0, (real)1);
 #endif
     __global real4 *film = (__global real4 *)c->film + 2 * at;
     real4 sum = film[0], lost = film[1];
@@ -29,8 +36,7 @@ static inline int stage_accumulate(const Context *c, uint slot)
     film[0] = sum;
     film[1] = lost;
 #ifdef PATHU_turn
-    const uint turn = path_turn(c, slot) + 1, turns = path_turns(c, slot);
-    if (turn < turns) {
+    if (!is_last) {
         path_set_turn(c, slot, turn, turns);
         count_one(c, COUNTER_turns);
         return QUEUE_gen;

@@ -70,7 +70,9 @@ static inline int stage_ray_gen(const Context *c, uint slot, int start)
 #ifdef PATH_pdf
     path_set(c, PATH_pdf, slot, 0);
 #endif
-#ifdef PATH_hole
+#if defined(PATH_hole) && defined(PATHU_turn)
+    if (path_turn(c, slot) == 0) path_set(c, PATH_hole, slot, 0);
+#elif defined(PATH_hole)
     path_set(c, PATH_hole, slot, 0);
 #endif
 #ifdef PATHU_raytype

@@ -165,7 +165,7 @@ impl Choices {
             ("tree", "fast") => self.tree = TreeQuality::Fast,
             ("tree", "medium") => self.tree = TreeQuality::Medium,
             ("tree", "slow") => self.tree = TreeQuality::Slow,
-            ("depth", _) => self.depth = Some(number(1, 4096)?),
+            ("depth", _) => self.depth = Some(number(1, 1024)?),
             ("roulette", "off") => self.roulette = Some(u32::MAX),
             ("roulette", _) => self.roulette = Some(number(1, 4096)?),
             ("adaptive", "off") => self.adaptive = None,

@@ -144,7 +144,7 @@ impl Kernels {
 }
 
 /// The whole text of a program.
-pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<String, assemble::Error> {
+pub fn source(plan: &Plan, program: &ProgramPlan) -> Result<String, assemble::Error> {
     let mut text = String::new();
     for macro_text in &program.macros {
         text.push_str(&format!("#define {macro_text}\n"));
@@ -155,7 +155,7 @@ pub fn source(plan: &Plan, program: &ProgramPlan, paths: u32) -> Result<String, 
     }
     // Materials that are equal have equal texts, whatever their names.
     let name = if program.material.is_some() { "material" } else { &program.label };
-    assemble_with(name, &text, &[("layout.h", &plan.layout.header(paths))])
+    assemble_with(name, &text, &[("layout.h", &plan.layout.header())])
 }
 
 /// How far [`build`] is.
@@ -179,12 +179,11 @@ struct Job<'a> {
 pub fn build<'a>(
     device: &Device,
     plan: &'a Plan,
-    paths: u32,
     modules: &Modules<'a>,
     watch: &mut dyn FnMut(Step),
 ) -> Result<Kernels, Error> {
     let _span = tracing::info_span!("programs").entered();
-    let jobs = jobs(plan, paths, modules)?;
+    let jobs = jobs(plan, modules)?;
     let next = AtomicUsize::new(0);
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(jobs.len().max(1));
     let options = plan.choices.precision.build_options();
@@ -238,11 +237,11 @@ pub fn build<'a>(
 }
 
 /// What is to be built. What takes longest comes first: nothing else may be left to do beside the last.
-fn jobs<'a>(plan: &'a Plan, paths: u32, modules: &Modules<'a>) -> Result<Vec<Job<'a>>, Error> {
+fn jobs<'a>(plan: &'a Plan, modules: &Modules<'a>) -> Result<Vec<Job<'a>>, Error> {
     let mut jobs: Vec<Job> = Vec::new();
     let mut known = HashMap::new();
     for program in &plan.programs {
-        let text = source(plan, program, paths)?;
+        let text = source(plan, program)?;
         let modules: Vec<&[u32]> = program.material.and_then(|id| modules.get(&id).copied()).into_iter().collect();
         match known.get(&(text.clone(), modules.clone())) {
             Some(&index) => {

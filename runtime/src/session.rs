@@ -126,7 +126,7 @@ impl<'a> Session<'a> {
         let start = Instant::now();
         let modules = roads::modules(&compiled.artifacts, options.choices.precision);
         let mut told = |step| watch(&Progress::Building(step));
-        let kernels = programs::build(device, &plan, spread.paths, &modules, &mut told)?;
+        let kernels = programs::build(device, &plan, &modules, &mut told)?;
         let build_time = start.elapsed();
         Ok(Session {
             device,
@@ -200,9 +200,7 @@ impl<'a> Session<'a> {
         hasher
             .update(format!("{small:?} {:?} {:?} {:?}", scene.filter, scene.conventions, self.plan.choices).as_bytes());
         for program in &self.plan.programs {
-            hasher.update(
-                programs::source(&self.plan, program, self.spread.paths).map_err(programs::Error::from)?.as_bytes(),
-            );
+            hasher.update(programs::source(&self.plan, program).map_err(programs::Error::from)?.as_bytes());
         }
         self.geometry.visit_bytes(&mut |bytes| _ = hasher.update(bytes));
         for (value, int) in interactive_numbers(&self.compiled, &self.values) {

@@ -169,6 +169,12 @@ pub fn run(scene: &Scene, device: &Device, effort: &Effort, watch: &mut dyn FnMu
         let options = Options { choices: v.choices, ..Options::default() };
         sessions.push(Session::new(scene, device, &options).map_err(failed(&v.name))?);
     }
+    // Once each before the first turn: drivers load kernels at their first launch.
+    for (v, session) in variations.iter().zip(&mut sessions) {
+        watch(&format!("first run: {}", v.name));
+        session.set_seed(SEEDS);
+        session.render(&mut |_| {}).map_err(failed(&v.name))?;
+    }
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); variations.len()];
     let mut repaired = vec![0; variations.len()];
     for seed in 0..effort.seeds {

@@ -577,6 +577,7 @@ fn settings(scene: &Scene, plan: &Plan, geometry: &Geometry, spread: Spread) -> 
         },
         Setting::TwoSided => u32::from(plan.is_asked(Effect::TwoSidedEmission)),
         Setting::Split => u32::from(plan.is_asked(Effect::SplitLobes)),
+        Setting::Paths => spread.paths,
         Setting::SlotsPerPixel => spread.slots_per_pixel,
         Setting::Slots | Setting::PixelFirst | Setting::SampleFirst | Setting::SampleEnd => 0,
     })

@@ -344,6 +344,14 @@ fn open_parameters_are_the_scenes() {
     let says = |params: &str| at.render(&ball(&format!("shader = \"says.oslpak\"\nparams = {{ {params} }}")), &[]).1;
     assert!(says("mode = \"other\"").contains("material `m`: in mode other ("));
     assert!(!says("mode = \"a\"").contains("in mode"));
+    // Two names that only a scene tells are not compared with each other.
+    at.write(
+        "asks.osl",
+        "surface asks(string n = \"a\") { color c = 0; setmessage(n, color(1)); getmessage(n, c); Ci = c * emission(); }",
+    );
+    at.pack("asks.oslpak", &["asks.osl"]);
+    at.oslcl(&["compile", "asks.osl", "-o", "asks.oslpak", "--interactive", "n"])
+        .fails(1, &["E3003", "message's name", "left open: n"]);
     // Around the scene, too.
     at.pack("sky.oslpak", &["flat_sky", "--interactive", "radiance"]);
     let sky = |radiance: f64| {

@@ -50,7 +50,7 @@ fn make(scene: &Scene, force: &[Effect], without: &[Effect], choices: impl Into<
     let _ = session.set(MaterialId(0), "live", &ParamValue::Float(0.25));
     let (picture, summary) = session.render(&mut |_| {}).unwrap_or_else(|e| panic!("{force:?} {without:?}: {e}"));
     let plan = session.plan();
-    let text = plan.programs.iter().map(|p| programs::source(plan, p, 64).expect("assembles")).collect();
+    let text = plan.programs.iter().map(|p| programs::source(plan, p).expect("assembles")).collect();
     Made {
         seen: Seen {
             pixels: picture.pixels.iter().map(|p| p.map(f32::to_bits)).collect(),

@@ -153,7 +153,7 @@ fn textures_are_there_when_asked_for() {
 /// The text of all programs, as the device gets it.
 fn text_of(scene: &Scene) -> String {
     let (plan, _) = render::plan(scene, &Precision::Standard.into()).unwrap_or_else(|e| panic!("{e}"));
-    plan.programs.iter().map(|p| programs::source(&plan, p, 64).expect("assembles")).collect()
+    plan.programs.iter().map(|p| programs::source(&plan, p).expect("assembles")).collect()
 }
 
 /// Symbols of effects.
@@ -241,7 +241,7 @@ fn what_is_off_has_no_macro_no_buffer_and_no_queue() {
     let device = Device::open(None).expect("an OpenCL device");
     let session = Session::new(&live, &device, &render::Options::default()).unwrap_or_else(|e| panic!("{e}"));
     let live: String =
-        session.plan().programs.iter().map(|p| programs::source(session.plan(), p, 64).expect("assembles")).collect();
+        session.plan().programs.iter().map(|p| programs::source(session.plan(), p).expect("assembles")).collect();
     let full = text_of(&scene) + &live;
     for present in SYMBOLS {
         assert!(full.contains(present), "{present}");
@@ -496,8 +496,7 @@ fn what_an_effect_adds_is_in_the_programs_and_in_no_plan_without_it() {
         }
         let choices = Choices { overrides: Overrides::new([], [added.effect]), ..choices };
         let (without, _) = render::plan(&scene, &choices).unwrap_or_else(|e| panic!("{e}"));
-        let text: String =
-            without.programs.iter().map(|p| programs::source(&without, p, 64).expect("assembles")).collect();
+        let text: String = without.programs.iter().map(|p| programs::source(&without, p).expect("assembles")).collect();
         for name in &added.macros {
             // A lobe's constructor stays with a material that names it; nothing else has the macro.
             let stays = added.effect.name().starts_with("lobe_");

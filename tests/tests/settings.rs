@@ -325,6 +325,21 @@ fn all_lobes_are_followed_once_a_sample() {
     assert_eq!(summary.counts.rays, 3 * 2 * pixels);
 }
 
+/// Alpha is a sample's, not a turn's.
+#[test]
+fn what_is_held_out_counts_once_a_sample() {
+    let mut scene = empty();
+    scene.integrator.samples = 3;
+    let source = "surface d() { Ci = 0.2 * diffuse(N) + 0.3 * oren_nayar(N, 0) + 0.25 * holdout(); }";
+    let m = material(&mut scene, source, &[]);
+    let w = mesh(&mut scene, wall());
+    place(&mut scene, w, m, DAffine3::IDENTITY);
+    for lobes in ["one", "all"] {
+        let alpha = render_with(&scene, &[("lobes", lobes)]).0.alpha;
+        assert!(alpha.iter().all(|a| (a - 0.75).abs() < 1e-6), "{lobes}: {alpha:?}");
+    }
+}
+
 /// Through bounces, lights and roulette the mean is the same, and the noise of a sample less.
 #[test]
 fn all_lobes_have_the_mean_of_one() {

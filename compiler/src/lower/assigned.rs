@@ -157,10 +157,21 @@ impl Checks<'_> {
         Some((self.watched.get(local)?.clone(), index))
     }
 
+    /// An index as it is used: one beyond the ends is the last.
+    fn within(&mut self, index: ValueId, last: i32, span: Span, out: &mut Block) -> ValueId {
+        let [low, high] = [0, last].map(|end| self.shader.emit_constant(Const::Int(end), span, out));
+        let beyond = self.shader.emit(Inst::Binary(BinaryOp::Gt, index, high), Ty::Int, span, out);
+        let index = self.shader.emit(Inst::Select(beyond, high, index), Ty::Int, span, out);
+        let before = self.shader.emit(Inst::Binary(BinaryOp::Lt, index, low), Ty::Int, span, out);
+        self.shader.emit(Inst::Select(before, low, index), Ty::Int, span, out)
+    }
+
     /// The bit of a component.
     fn bit(&mut self, place: &[ValueId], span: Span, out: &mut Block) -> ValueId {
+        let last = if place.len() == 2 { 3 } else { 2 };
+        let place: Vec<ValueId> = place.iter().map(|i| self.within(*i, last, span, out)).collect();
         let mut at = place[0];
-        if let [row, column] = *place {
+        if let [row, column] = place[..] {
             let four = self.shader.emit_constant(Const::Int(4), span, out);
             let first = self.shader.emit(Inst::Binary(BinaryOp::Mul, row, four), Ty::Int, span, out);
             at = self.shader.emit(Inst::Binary(BinaryOp::Add, first, column), Ty::Int, span, out);

@@ -52,8 +52,12 @@ pub(super) fn dialogue(shader: &mut Shader, sources: Option<&SourceMap>) -> Resu
         let text = |i: usize| dialogue.text(args.get(i));
         let at = usize::from(!sets);
         let (Some(name), Some(ty)) = (text(at), text(at + 1)) else {
-            let d = Diagnostic::not_yet("E3003", span, "a message's name that is not known at compile time");
-            errors.push(d.help("choose the name by a parameter, or send one message per name"));
+            let d = Diagnostic::not_yet(
+                "E3003",
+                span,
+                "a message's name that only running the shader tells, while others are as unknown",
+            );
+            errors.push(d.help("choose among names that are known, by parameters or conditions, where messages are sent or where they are asked for"));
             continue;
         };
         let place = sources.map_or_else(String::new, |s| place_of(s, span));

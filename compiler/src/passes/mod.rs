@@ -108,9 +108,9 @@ pub fn optimise(
 /// As [`optimise`], with settings.
 ///
 /// The list: specialise, fold (which unrolls loops with closure calls), answers about textures, dictionaries, traced rays and
-/// messages (behind the cases of texts that these are asked by), closures, fold, zeros, fold, cases, fold, prune; the last two again, since dropping a slot or a branch may free more;
-/// then a review of what is left, whose warnings
-/// are returned; last the derivatives, of what is still used, and fold and prune again where there are any.
+/// messages (behind the cases of texts that these are asked by), closures, fold, zeros, fold, cases, fold, prune; the last two again,
+/// since dropping a slot or a branch may free more; then a review of what is left, whose warnings are returned; last the
+/// derivatives, of what is still used, and fold and prune again where there are any.
 pub fn optimise_with(
     shader: &mut Shader,
     bindings: &[(String, Const)],
@@ -118,13 +118,6 @@ pub fn optimise_with(
     settings: &Settings<'_>,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let _span = tracing::debug_span!("optimise", shader = shader.name).entered();
-    let check = |shader: &Shader, pass: &str| {
-        if (cfg!(debug_assertions) || cfg!(test))
-            && let Err(e) = verify(shader)
-        {
-            unreachable!("pass {pass} broke the IR: {e}");
-        }
-    };
     check(shader, "lower");
     link::settle_alone(shader);
     specialise(shader, bindings)?;
@@ -196,17 +189,23 @@ pub fn optimise_with(
     Ok(said)
 }
 
+/// In builds for development: what a pass leaves is sound.
+fn check(shader: &Shader, pass: &str) {
+    if (cfg!(debug_assertions) || cfg!(test))
+        && let Err(e) = verify(shader)
+    {
+        unreachable!("pass {pass} broke the IR: {e}");
+    }
+}
+
 /// Carries out what only the host can, case by case. What a case yields may be a choice again, of which the next call has cases.
 fn all_cases(shader: &mut Shader, settings: &Settings<'_>) -> Result<(), Vec<Diagnostic>> {
     let mut rounds = 0;
     while rounds < MAX_ROUNDS && cases::cases(shader, settings)? {
+        check(shader, "cases");
         fold(shader)?;
+        check(shader, "fold");
         rounds += 1;
-    }
-    if (cfg!(debug_assertions) || cfg!(test))
-        && let Err(e) = verify(shader)
-    {
-        unreachable!("pass cases broke the IR: {e}");
     }
     Ok(())
 }

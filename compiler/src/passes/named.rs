@@ -2,7 +2,8 @@
 //!
 //! In: folded IR before `traces` and `dialogue`, which want constants. Out: calls of `setmessage` and `getmessage` by constant
 //! names alone. A name that is a choice among constants has a branch for each; any other is compared with the names that
-//! matter: those which the shader's other calls use, and what can be asked of traced rays. No other could find anything.
+//! matter: those which the shader's other calls use, and what can be asked of traced rays. No other could find anything, unless both a
+//! message that is sent and one that is asked for may have any name: these stay as they are, for `dialogue` to refuse.
 
 use super::strings::Strings;
 use super::traces::FACTS;
@@ -18,15 +19,21 @@ const TRACE: &str = "trace";
 pub(super) fn named(shader: &mut Shader) -> bool {
     let (Some(set), Some(get)) = (builtins::find("message_set"), builtins::find("message_get")) else { return false };
     let mut texts = Vec::new();
+    let (mut sent, mut asked) = (Vec::new(), Vec::new());
     for block in shader.blocks() {
         block.walk(&mut |s| {
-            if let Stmt::Call { func, args, .. } = s
-                && (*func == set || *func == get)
-            {
-                texts.extend(args.iter().take(if *func == get { 2 } else { 1 }).filter_map(|a| match a {
-                    Arg::Value(v) => Some(*v),
-                    Arg::Array(_) => None,
-                }));
+            let Stmt::Call { func, args, .. } = s else { return };
+            let value = |at: usize| match args.get(at) {
+                Some(Arg::Value(v)) => Some(*v),
+                _ => None,
+            };
+            if *func == set {
+                texts.extend(value(0));
+                sent.extend(value(0));
+            } else if *func == get {
+                texts.extend([value(0), value(1)].into_iter().flatten());
+                let of_rays = value(0).and_then(|v| constant(shader, v)) == Some(TRACE);
+                asked.extend(value(1).filter(|_| !of_rays));
             }
         });
     }
@@ -34,8 +41,10 @@ pub(super) fn named(shader: &mut Shader) -> bool {
         return false;
     }
     let strings = Strings::of(shader);
-    let known = texts.iter().filter_map(|v| strings.trace(shader, vec![*v], Vec::new())).flatten().collect();
-    Named { shader, strings, known, set, get }.rewrite();
+    let names = |v: &ValueId| strings.trace(shader, vec![*v], Vec::new());
+    let known = texts.iter().filter_map(names).flatten().collect();
+    let open = [sent, asked].iter().all(|list| list.iter().any(|v| names(v).is_none()));
+    Named { shader, strings, known, open, set, get }.rewrite();
     true
 }
 
@@ -51,6 +60,8 @@ struct Named<'a> {
     strings: Strings,
     /// All names that some call can be about.
     known: BTreeSet<String>,
+    /// Both what is sent and what is asked for may have any name.
+    open: bool,
     set: FuncId,
     get: FuncId,
 }
@@ -89,10 +100,15 @@ impl Named<'_> {
             return out.stmts.push(Stmt::Call { func, args, outputs, result, span });
         };
         let is_source = func == self.get && at == 0;
-        let choices = self.strings.trace(self.shader, vec![told_by], Vec::new()).unwrap_or_else(|| {
+        let choices = match self.strings.trace(self.shader, vec![told_by], Vec::new()) {
+            Some(choices) => choices,
             // Sources other than traced rays are one to us.
-            if is_source { BTreeSet::from([TRACE.to_owned(), String::new()]) } else { self.candidates(func, &args) }
-        });
+            None if is_source => BTreeSet::from([TRACE.to_owned(), String::new()]),
+            None => match self.candidates(func, &args) {
+                Some(candidates) => candidates,
+                None => return out.stmts.push(Stmt::Call { func, args, outputs, result, span }),
+            },
+        };
         let mut rest = Block::default();
         if is_source {
             let mut list = args.clone();
@@ -116,8 +132,8 @@ impl Named<'_> {
         out.stmts.append(&mut rest.stmts);
     }
 
-    /// The names that a call by an unknown name may be about.
-    fn candidates(&self, func: FuncId, args: &[Arg]) -> BTreeSet<String> {
+    /// The names that a call by an unknown name may be about; `None`: any.
+    fn candidates(&self, func: FuncId, args: &[Arg]) -> Option<BTreeSet<String>> {
         let text = |at: usize| match args.get(at) {
             Some(Arg::Value(v)) => constant(self.shader, *v),
             _ => None,
@@ -125,8 +141,8 @@ impl Named<'_> {
         if func == self.get && text(0) == Some(TRACE) {
             let ty = text(2).unwrap_or_default();
             let facts = FACTS.iter().map(|(name, declared, _)| (*name, *declared)).chain([("hit", "int")]);
-            return facts.filter(|(_, declared)| *declared == ty).map(|(name, _)| name.to_owned()).collect();
+            return Some(facts.filter(|(_, declared)| *declared == ty).map(|(name, _)| name.to_owned()).collect());
         }
-        self.known.clone()
+        (!self.open).then(|| self.known.clone())
     }
 }

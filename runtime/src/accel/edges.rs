@@ -18,11 +18,12 @@ pub fn flat(mesh: &Mesh) -> Vec<u32> {
         if let Some((other, other_normal)) = before.replace((here, normal))
             && normal.dot(other_normal) > SAME_PLANE
         {
-            for (number, from, to) in [(k, here, other), (k - 1, other, here)] {
-                let alone = |i: &usize| !to.contains(&from[*i]);
-                if let (Some(corner), 1) = ((0..3).find(alone), (0..3).filter(alone).count()) {
-                    flat[number] |= 1 << corner;
-                }
+            // Neighbours pass the edge in opposite directions; else both lie on the same side of it.
+            let shared =
+                |i: usize, j: usize| here[(i + 1) % 3] == other[(j + 2) % 3] && here[(i + 2) % 3] == other[(j + 1) % 3];
+            for (i, j) in (0..9).map(|n| (n / 3, n % 3)).filter(|(i, j)| shared(*i, *j)) {
+                flat[k] |= 1 << i;
+                flat[k - 1] |= 1 << j;
             }
         }
     }
@@ -54,8 +55,9 @@ mod tests {
     fn folds_and_coincident_triangles_are_not_flat() {
         assert_eq!(flat(&mesh(1e-3, &[[0, 1, 2], [0, 2, 3]])), [0, 0]);
         assert_eq!(flat(&mesh(0.0, &[[0, 1, 2], [0, 1, 2]])), [0, 0]);
-        // The back of the neighbour's plane, and triangles without area.
+        // The back of the neighbour's plane, the same side of the edge, and triangles without area.
         assert_eq!(flat(&mesh(0.0, &[[0, 1, 2], [0, 3, 2]])), [0, 0]);
+        assert_eq!(flat(&mesh(0.0, &[[0, 1, 2], [0, 1, 3]])), [0, 0]);
         assert_eq!(flat(&mesh(0.0, &[[0, 1, 2], [0, 2, 4]])), [0, 0]);
     }
 }

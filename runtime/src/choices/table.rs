@@ -81,7 +81,7 @@ pub const TABLE: &[Row] = &[
     },
     Row {
         name: "depth",
-        values: &["the scene's", "1 to 4096"],
+        values: &["the scene's", "1 to 1024"],
         text: "Edges of the longest path. What longer paths would bring is missing: a bias.",
     },
     Row {
@@ -98,16 +98,7 @@ pub const TABLE: &[Row] = &[
 
 /// The profiles and what they set.
 pub const PROFILES: &[(&str, &[(&str, &str)])] = &[
-    (
-        "draft",
-        &[
-            ("precision", "fast"),
-            ("intersection", "fast"),
-            ("environment_map", "128"),
-            ("tree", "fast"),
-            ("adaptive", "0.1"),
-        ],
-    ),
+    ("draft", &[("precision", "fast"), ("intersection", "fast"), ("environment_map", "128"), ("tree", "fast")]),
     ("standard", &[]),
     (
         "reference",

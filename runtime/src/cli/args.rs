@@ -325,11 +325,12 @@ pub struct RenderArgs {
 /// Arguments of `oslcl compile`.
 #[derive(Debug, Args)]
 pub struct CompileArgs {
-    /// OSL files; for a package also shader groups (.oslgroup), shipped materials by name, and NAME=FILE where scenes shall call it so. Or a package (NAME.oslpak, NAME.oslpak:SHADER) to take apart.
+    /// OSL files; for a package also shader groups (.oslgroup), shipped materials by name, and NAME=FILE where scenes shall call it
+    /// so. Or a package (NAME.oslpak, NAME.oslpak:SHADER) to take apart.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Folder for the files [default: next to each source]; the file itself, such as NAME.spv, where there is one source; or
-    /// NAME.oslpak: a package of all shaders, which scenes take as they take OSL files.
+    /// Folder for the files [default: next to each source]; the file itself, such as NAME.spv, where there is one source (other
+    /// forms stand beside it); or NAME.oslpak: a package of all shaders, which scenes take as they take OSL files.
     #[arg(short, long, value_name = "DIR, FILE or NAME.oslpak")]
     pub output: Option<PathBuf>,
     /// Of a package: leave a parameter open, so that scenes can set it, of all shaders that have it or of one; `*` stands for all

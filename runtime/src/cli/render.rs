@@ -29,9 +29,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     // Better to hear of it now than after the work.
     film::check_output(&args.output)?;
     let choices = choices::of(&args.choices)?;
-    // That of a profile gives way.
-    let asks = |text: &String| text.trim_start().starts_with("adaptive");
-    if args.target_error.is_some() && choices.adaptive.is_some() && args.choices.set.iter().any(asks) {
+    if args.target_error.is_some() && choices.adaptive.is_some() {
         return Err(Error::Usage(
             "`--target-error` takes as many samples of all pixels, `--set adaptive` different ones: choose one; \
              adaptive=ERROR with a large --spp stops as well"

@@ -150,7 +150,16 @@ impl SourceCode for Source {
         before: usize,
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let found = self.text.read_span(span, before, after)?;
+        // Before line 1 there is none, whatever stands before the `#line`.
+        let shown = before.min(self.line.1.saturating_sub(1));
+        let found = if shown > 0 || before == 0 {
+            self.text.read_span(span, shown, after)?
+        } else {
+            let before_it = self.text.get(..span.offset()).unwrap_or_default();
+            let start = before_it.rfind('\n').map_or(0, |at| at + 1);
+            let line = SourceSpan::from((start, span.offset() + span.len() - start));
+            self.text.read_span(&line, 0, after)?
+        };
         let line = (found.line() + self.line.1).saturating_sub(self.line.0);
         let (data, at) = (found.data(), *found.span());
         let (name, column, lines) = (self.name.clone(), found.column(), found.line_count());

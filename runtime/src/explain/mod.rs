@@ -53,7 +53,7 @@ struct Program<'a> {
 pub fn added(scene: &Scene, plan: &Plan, compiled: &Compiled) -> Result<Vec<Added>, assemble::Error> {
     let mut programs = Vec::with_capacity(plan.programs.len());
     for program in &plan.programs {
-        programs.push(Program { plan: program, words: words(&programs::source(plan, program, 64)?) });
+        programs.push(Program { plan: program, words: words(&programs::source(plan, program)?) });
     }
     let bytes = plan.choices.precision.real_bytes();
     let on: Vec<Effect> = plan.decisions.iter().filter(|d| d.is_on()).map(|d| d.effect).collect();

@@ -189,6 +189,7 @@ pub enum Setting {
     RouletteFrom,
     Lights,
     Slots,
+    Paths,
     SlotsPerPixel,
     PixelFirst,
     SampleFirst,
@@ -200,7 +201,7 @@ pub enum Setting {
 
 impl Setting {
     /// All, in the order of the buffer.
-    pub const ALL: [(Setting, &'static str); 14] = [
+    pub const ALL: [(Setting, &'static str); 15] = [
         (Setting::Width, "width"),
         (Setting::Height, "height"),
         (Setting::Seed, "seed"),
@@ -208,6 +209,7 @@ impl Setting {
         (Setting::RouletteFrom, "roulette_from"),
         (Setting::Lights, "lights"),
         (Setting::Slots, "slots"),
+        (Setting::Paths, "paths"),
         (Setting::SlotsPerPixel, "slots_per_pixel"),
         (Setting::PixelFirst, "pixel_first"),
         (Setting::SampleFirst, "sample_first"),
@@ -435,11 +437,11 @@ impl Layout {
         BUFFERS.iter().filter(move |(.., needs)| self.has(needs))
     }
 
-    /// The kernels' layout.h. `paths` is the number of slots.
-    pub fn header(&self, paths: u32) -> String {
+    /// The kernels' layout.h.
+    pub fn header(&self) -> String {
         let mut out =
             String::from("// Written by the plan of this scene.\n#ifndef OSLCL_LAYOUT_H\n#define OSLCL_LAYOUT_H\n\n");
-        let _ = writeln!(out, "#define PATHS {paths}u\n#define FILM_CHANNELS {}u", self.film_channels());
+        let _ = writeln!(out, "#define FILM_CHANNELS {}u", self.film_channels());
         for (prefix, fields) in [("PATH", REALS), ("PATHU", UINTS)] {
             for (field, place) in self.places(fields).0 {
                 let _ = writeln!(out, "#define {prefix}_{} {place}u", field.name);
@@ -502,7 +504,7 @@ mod tests {
         for on in [BTreeSet::new(), BTreeSet::from([Surfaces, LobeDiffuse, Lights]), all] {
             for path_state in [PathState::Float, PathState::Half] {
                 let layout = Layout::new(on.clone(), 3, 2, path_state);
-                let header = layout.header(64);
+                let header = layout.header();
                 for (prefix, fields, total) in
                     [("PATH_", REALS, layout.reals_per_path()), ("PATHU_", UINTS, layout.uints_per_path())]
                 {
@@ -534,7 +536,7 @@ mod tests {
     #[test]
     fn header_and_host_agree_on_settings_constants_and_counters() {
         let layout = Layout::new(BTreeSet::from([Surfaces]), 1, 0, PathState::Float);
-        let header = layout.header(64);
+        let header = layout.header();
         assert_eq!(defined(&header, "SETTING_").len(), Setting::ALL.len());
         for (name, at) in defined(&header, "CONSTANT_") {
             let (constant, ..) = Constant::ALL.into_iter().find(|(_, n, _)| *n == name).expect("a constant");

@@ -42,7 +42,7 @@ impl<'a> Numbers<'a> {
         let mut scene = crate::scenes::empty();
         super::pictures::sky(&mut scene, 1.0);
         let (plan, _) = render::plan(&scene, &run.precision.into())?;
-        let text = assemble_with("numbers.cl", include_str!("numbers.cl"), &[("layout.h", &plan.layout.header(64))])?;
+        let text = assemble_with("numbers.cl", include_str!("numbers.cl"), &[("layout.h", &plan.layout.header())])?;
         let program = Program::build(run.device, "numbers.cl", &text, run.precision.build_options())?;
         Ok(Numbers { run, program })
     }

@@ -87,7 +87,7 @@ impl<'a> Target<'a> {
             text.push_str("#define HAS_INSTANCES\n");
         }
         text.push_str(include_str!("rays.cl"));
-        let text = assemble_with("rays.cl", &text, &[("layout.h", &plan.layout.header(GROUP as u32))])?;
+        let text = assemble_with("rays.cl", &text, &[("layout.h", &plan.layout.header())])?;
         let program = Program::build(run.device, "rays.cl", &text, run.precision.build_options())?;
         let device = run.device;
         let mut buffers = vec![

@@ -98,9 +98,9 @@ struct Row {
     same: bool,
 }
 
-/// Every effect that does not change how numbers are computed.
+/// Every effect that does not change how numbers are computed, and is not only in code of materials that ask for it.
 fn all_effects() -> impl Iterator<Item = Effect> {
-    Effect::choosable().filter(|e| *e != Effect::DoublePrecision)
+    Effect::choosable().filter(|e| *e != Effect::DoublePrecision && !e.is_of_materials())
 }
 
 /// Renders, writes the page.
@@ -116,7 +116,8 @@ pub fn run(args: &EffectsArgs) -> Result<(), Error> {
     terminal::print(&section)?;
     let intro = format!(
         "Written by `oslcl bench effects`, a section for each device. Each scene has what those above it have and something more. \
-         \"Forced\" is the same scene with all {} effects forced on but `double_precision` and what other renderers do. Times are \
+         \"Forced\" is the same scene with all {} effects forced on: all but `double_precision`, what other renderers do, and what is only in \
+         the code of materials that ask for it. Times are \
          medians, taken in turn; behind them the least and the greatest.",
         all_effects().count()
     );
