@@ -1,4 +1,4 @@
-//! Escape sequences of strings in OSL sources and compiled shaders, which are C's.
+//! Escape sequences of strings in OSL sources and compiled shaders: some of C's.
 //!
 //! In: texts. Out: texts with sequences, and back. It must not know what they are for.
 
@@ -24,7 +24,8 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Takes [`escape`] back; also octal escapes. A backslash before any other character stands for that character.
+/// Takes [`escape`] back; also octal escapes. A backslash before any other character stays, as in the reference implementation: regular
+/// expressions have many.
 pub fn unescape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut chars = text.chars().peekable();
@@ -52,7 +53,8 @@ pub fn unescape(text: &str) -> String {
                 }
                 out.extend(char::from_u32(code));
             }
-            Some(other) => out.push(other),
+            Some(other @ ('\\' | '"')) => out.push(other),
+            Some(other) => out.extend(['\\', other]),
             None => out.push('\\'),
         }
     }
@@ -67,6 +69,6 @@ mod tests {
     fn escapes_go_both_ways() {
         let text = "I have\n\"Escape\"\tsequences\\ \u{7}\u{8}\r\u{b}\u{c} ü";
         assert_eq!(unescape(&escape(text)), text);
-        assert_eq!(unescape("\\101\\x\\"), "Ax\\");
+        assert_eq!(unescape("\\101\\x\\.\\"), "A\\x\\.\\");
     }
 }

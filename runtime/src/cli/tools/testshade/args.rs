@@ -27,8 +27,6 @@ pub struct Args {
     pub print: bool,
     /// `--groupname`
     pub group_name: Option<String>,
-    /// `--archivegroup`
-    pub archive: Option<String>,
     /// `--raytype`
     pub raytype: String,
     /// `--raytype_opt`: nothing but the ray type is asked for, so that it is known before the shader is compiled.
@@ -93,7 +91,6 @@ impl Default for Args {
             depth: None,
             print: false,
             group_name: None,
-            archive: None,
             raytype: "camera".to_owned(),
             raytype_known: false,
             iterations: 1,
@@ -171,7 +168,7 @@ const TABLE: &[Spec] = &[
     spec(&["connect"], Takes::Values(4), "FROM_LAYER FROM_OUTPUT TO_LAYER TO_INPUT: connect two layers"),
     spec(&["reparam"], Takes::Values(3), "LAYER NAME VALUE: change a parameter after the first iteration (type=)"),
     spec(&["group"], Takes::Values(1), "TEXT: a whole group, or the file that holds it"),
-    spec(&["archivegroup"], Takes::Values(1), "FILE: write the group's text to a file"),
+    spec(&["archivegroup"], Takes::Values(1), "FILE: not supported; an error"),
     spec(&["expr"], Takes::Values(1), "STATEMENTS: shade statements that set `result`"),
     spec(&["raytype"], Takes::Values(1), "NAME: the rays' type"),
     spec(&["raytype_opt"], Takes::Nothing, "Compile for this type of rays only"),
@@ -273,7 +270,7 @@ fn take(args: &mut Args, mut item: Item) -> Result<(), String> {
             args.setup.push(Setup::Reparam(first, value(&item.modifiers, &item.values[1], &item.values[2])));
         }
         "group" => args.setup.push(Setup::Group(first)),
-        "archivegroup" => args.archive = Some(first),
+        "archivegroup" => return Err("archives of groups are not written; `-group` takes a group's text".to_owned()),
         "expr" => args.setup.push(Setup::Expression(first)),
         "raytype" => args.raytype = first,
         "raytype_opt" => args.raytype_known = true,
