@@ -5,13 +5,14 @@
 //   x / 0 and any quotient that is not finite: 0        sqrt, inversesqrt of a negative or a NaN: 0; inversesqrt(0): 0
 //   log family: argument clamped to [FLT_MIN, FLT_MAX], NaN to FLT_MIN (log(0) = -87.3365); logb of |x| likewise, but of
 //   NaN 128
+//   exp, exp2, expm1, pow: within [2^-126, 2^126], where its exponentials saturate; sinh, cosh within 2^125; NaN to the smallest
 //   log(x, 1): 0, as x / 0      pow(0, y != 0): 0      pow(x, 0): 1      pow(x, 1): x      pow(x < 0, fraction): 0
+//   pow: |x| clamped as for a logarithm, |y| from 2^24 on is even, 0 * inf and NaN in the exponent to 2^-126
 //   asin, acos: argument clamped to [-1, 1]      fmod(a, 0): 0      mod(a, 0): a      sign(NaN): 1      hypot(NaN): 0
 //   min(NaN, y), max(NaN, y): NaN; min(x, NaN), max(x, NaN): x
 // OSL's float has 32 bits, so those limits are float's in f64 as well: an f64 run evaluates the same language.
 //
 // Decided differently from the reference implementation, whose values there are artefacts of fast approximations:
-// - exp, exp2, expm1, sinh, cosh, pow stop at +-FLT_MAX (it saturates at 2^126) and underflow to 0 (it: to 2^-126).
 // - A NaN argument gives NaN but for the cases above; so do sin, cos, tan of infinities (it: +-1, inf). cbrt(inf) is inf.
 // - Trigonometric functions stay exact beyond 1e5, fmod for any quotient (it returns a or NaN for fmod(a, inf)).
 // - Denormal numbers are not flushed.
@@ -45,21 +46,21 @@ static inline real osl_quotient(real a, real b) {
     return fabs(q) <= FLT_MAX ? q : 0;
 }
 
-// Within float's finite range; NaN stays.
-static inline real osl_finite(real x) { return x > FLT_MAX ? FLT_MAX : (x < -FLT_MAX ? -FLT_MAX : x); }
+// Where the exponentials of the reference implementation stop: 2^-126 (FLT_MIN) and 2^126.
+#define OSL_POWER_MAX ((real)8.507059173023461e37)
 
-// The same of a power: those of maths_fast.h are finite.
+// A power within those limits, NaN as the smallest; those of maths_fast.h are.
 #ifdef OSLCL_MATHS_FAST_H
-static inline real osl_finite_power(real x) { return x; }
+static inline real osl_power(real x) { return x; }
 #else
-static inline real osl_finite_power(real x) { return osl_finite(x); }
+static inline real osl_power(real x) { return x > FLT_MIN ? (x < OSL_POWER_MAX ? x : OSL_POWER_MAX) : FLT_MIN; }
 #endif
+
+// Within [-limit, limit]; NaN stays.
+static inline real osl_within(real x, real limit) { return x > limit ? limit : (x < -limit ? -limit : x); }
 
 // The argument of a logarithm.
 static inline real osl_log_argument(real x) { return x > FLT_MIN ? (x < FLT_MAX ? x : FLT_MAX) : FLT_MIN; }
-
-// [-1, 1]; NaN stays.
-static inline real osl_unit_argument(real x) { return x > 1 ? 1 : (x < -1 ? -1 : x); }
 
 // ---- Angles ---------------------------------------------------------------------------------------------------------
 
@@ -68,12 +69,15 @@ static inline real osl_degrees_f_f(real x) { return x * (180 / PI); }
 static inline real osl_sin_f_f(real x) { return m_sin(x); }
 static inline real osl_cos_f_f(real x) { return m_cos(x); }
 static inline real osl_tan_f_f(real x) { return m_tan(x); }
-static inline real osl_asin_f_f(real x) { return m_asin(osl_unit_argument(x)); }
-static inline real osl_acos_f_f(real x) { return m_acos(osl_unit_argument(x)); }
+static inline real osl_asin_f_f(real x) { return m_asin(osl_within(x, 1)); }
+static inline real osl_acos_f_f(real x) { return m_acos(osl_within(x, 1)); }
 static inline real osl_atan_f_f(real x) { return m_atan(x); }
 static inline real osl_atan2_f_ff(real y, real x) { return m_atan2(y, x); }
-static inline real osl_sinh_f_f(real x) { return osl_finite(m_sinh(x)); }
-static inline real osl_cosh_f_f(real x) { return osl_finite(m_cosh(x)); }
+static inline real osl_sinh_f_f(real x) { return osl_within(m_sinh(x), OSL_POWER_MAX / 2); }
+static inline real osl_cosh_f_f(real x) {
+    real r = m_cosh(x);
+    return r < OSL_POWER_MAX / 2 ? r : OSL_POWER_MAX / 2;
+}
 static inline real osl_tanh_f_f(real x) { return m_tanh(x); }
 
 OSL_MAP1(radians)
@@ -102,15 +106,18 @@ static inline void osl_sincos_n_vovov(real3 x, real3 *s, real3 *c) {
 
 // ---- Powers and logarithms ------------------------------------------------------------------------------------------
 
+// Squares are exact but for the largest.
 static inline real osl_pow_f_ff(real x, real y) {
-    real r = osl_finite_power(m_pow(x, y));
-    int no_value = x == 0 || (x < 0 && y != floor(y));
-    return y == 0 ? 1 : (no_value ? 0 : (y == 1 ? x : r));
+    real size = osl_power(m_powr(osl_log_argument(fabs(x)), y));
+    int fits = fabs(y) < 16777216, whole = fits ? (int)y : 0;
+    real below = fits && (real)whole != y ? 0 : (whole & 1 ? -size : size);
+    real r = y == 2 ? osl_within(x * x, FLT_MAX) : (x < 0 ? below : size);
+    return y == 0 ? 1 : (x == 0 ? 0 : (y == 1 ? x : r));
 }
 
-static inline real osl_exp_f_f(real x) { return osl_finite_power(m_exp(x)); }
-static inline real osl_exp2_f_f(real x) { return osl_finite_power(m_exp2(x)); }
-static inline real osl_expm1_f_f(real x) { return osl_finite(m_expm1(x)); }
+static inline real osl_exp_f_f(real x) { return osl_power(m_exp(x)); }
+static inline real osl_exp2_f_f(real x) { return osl_power(m_exp2(x)); }
+static inline real osl_expm1_f_f(real x) { return x > -100 ? osl_within(m_expm1(x), OSL_POWER_MAX) : -1; }
 static inline real osl_log_f_f(real x) { return m_log(osl_log_argument(x)); }
 static inline real osl_log_f_ff(real x, real base) { return osl_quotient(osl_log_f_f(x), osl_log_f_f(base)); }
 static inline real osl_log2_f_f(real x) { return m_log2(osl_log_argument(x)); }

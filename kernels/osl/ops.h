@@ -34,8 +34,9 @@ static inline real3 op_div_v(real3 a, real3 b)
     return (real3)(op_div_f(a.x, b.x), op_div_f(a.y, b.y), op_div_f(a.z, b.z));
 }
 
-// float -> int truncates and saturates; NaN is 0.
-static inline int op_int_f(real a) { return isnan(a) ? 0 : convert_int_sat_rtz(a); }
+// float -> int truncates; what no int holds, and NaN, is the smallest int, as on the processors that the reference implementation
+// runs on.
+static inline int op_int_f(real a) { return a >= -2147483648.0 && a < 2147483648.0 ? convert_int_rtz(a) : INT_MIN; }
 
 static inline int op_eq_v(real3 a, real3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 

@@ -17,9 +17,12 @@ pub fn quotient(a: f64, b: f64) -> f64 {
     if q.abs() <= FLT_MAX { q } else { 0.0 }
 }
 
-/// Within the finite floats; NaN stays.
-fn finite(x: f64) -> f64 {
-    x.clamp(-FLT_MAX, FLT_MAX)
+/// Where the exponentials of the reference implementation stop: 2^126, and 2^-126 below (`FLT_MIN`).
+const POWER_MAX: f64 = 8.507_059_173_023_461e37;
+
+/// A power within those limits; NaN is the smallest.
+fn power(x: f64) -> f64 {
+    if x > FLT_MIN { x.min(POWER_MAX) } else { FLT_MIN }
 }
 
 /// What a logarithm takes: positive, normal, finite. NaN is the smallest.
@@ -37,17 +40,32 @@ pub fn sqrt(x: f64) -> f64 {
     if x >= 0.0 { x.sqrt() } else { 0.0 }
 }
 
-/// x to the y; 0 where that has no real value.
+/// x to the y; 0 where that has no real value. From 2^24 on every y is even, as floats are.
 pub fn pow(x: f64, y: f64) -> f64 {
     if y == 0.0 {
-        1.0
-    } else if x == 0.0 || (x < 0.0 && y != y.floor()) {
-        0.0
+        return 1.0;
+    } else if x == 0.0 {
+        return 0.0;
     } else if y == 1.0 {
-        x
-    } else {
-        finite(x.powf(y))
+        return x;
+    } else if y == 2.0 {
+        return if x * x > FLT_MAX { FLT_MAX } else { x * x };
     }
+    // C's power of 1 is 1 for any exponent, the reference's is 2 to the 0 * y.
+    let base = log_argument(x.abs());
+    let size = power(if base == 1.0 { (0.0 * y).exp2() } else { base.powf(y) });
+    let fits = y.abs() < 16_777_216.0;
+    if x < 0.0 && fits && y != y.floor() {
+        0.0
+    } else if x < 0.0 && fits && y % 2.0 != 0.0 {
+        -size
+    } else {
+        size
+    }
+}
+
+fn expm1(x: f64) -> f64 {
+    if x > -100.0 { x.exp_m1().min(POWER_MAX) } else { -1.0 }
 }
 
 fn log(x: f64) -> f64 {
@@ -138,13 +156,14 @@ pub(super) fn call(name: &str, args: &[Const]) -> Option<Const> {
         "acos" => one(|x| unit(x).acos()),
         "atan" => one(f64::atan),
         "atan2" => two(f64::atan2),
-        "sinh" => one(|x| finite(x.sinh())),
-        "cosh" => one(|x| finite(x.cosh())),
+        "sinh" => one(|x| x.sinh().clamp(-POWER_MAX / 2.0, POWER_MAX / 2.0)),
+        // `min` takes the number of a number and a NaN.
+        "cosh" => one(|x| x.cosh().min(POWER_MAX / 2.0)),
         "tanh" => one(f64::tanh),
         "pow" => two(pow),
-        "exp" => one(|x| finite(x.exp())),
-        "exp2" => one(|x| finite(x.exp2())),
-        "expm1" => one(|x| finite(x.exp_m1())),
+        "exp" => one(|x| power(x.exp())),
+        "exp2" => one(|x| power(x.exp2())),
+        "expm1" => one(expm1),
         "log" if count == 1 => one(log),
         "log" => two(|x, base| quotient(log(x), log(base))),
         "log2" => one(|x| log_argument(x).log2()),

@@ -91,11 +91,16 @@ fn unary(op: UnaryOp, a: &Const) -> Option<Const> {
     })
 }
 
-/// int -> float, float -> int (towards zero, NaN is 0, saturating), float -> triple, float -> matrix (diagonal).
+/// A float as an int: towards zero; the smallest int for what no int holds, and for NaN.
+pub fn truncated(x: f64) -> i32 {
+    if (-2_147_483_648.0..2_147_483_648.0).contains(&x) { x as i32 } else { i32::MIN }
+}
+
+/// int -> float, float -> int (`truncated`), float -> triple, float -> matrix (diagonal).
 fn convert(a: &Const, to: Ty) -> Option<Const> {
     Some(match (a, to) {
         (Const::Int(v), Ty::Float) => Const::Float(*v as f64),
-        (Const::Float(v), Ty::Int) => Const::Int(*v as i32),
+        (Const::Float(v), Ty::Int) => Const::Int(truncated(*v)),
         (Const::Float(v), Ty::Triple) => Const::Triple([*v; 3]),
         (Const::Float(v), Ty::Matrix) => Const::Matrix(IDENTITY.map(|x| x * v)),
         _ => return None,

@@ -399,7 +399,7 @@ pub enum Inst {
 }
 
 impl Inst {
-    /// Whether `Convert` takes `from` to `to`: int -> float; float -> int (truncates, 0 for NaN, saturates);
+    /// Whether `Convert` takes `from` to `to`: int -> float; float -> int (truncates; the smallest int where none fits);
     /// float -> triple (splat); float -> matrix (diagonal); triple/float/int/str/matrix -> int is not a conversion
     /// but `!= 0`, which lower writes as comparisons.
     pub fn convertible(from: Ty, to: Ty) -> bool {

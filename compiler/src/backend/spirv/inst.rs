@@ -216,21 +216,15 @@ impl Writer<'_> {
         self.real_op(Op::ConvertSToF, &[value])
     }
 
-    /// A float to an int: towards zero, saturating, 0 for NaN.
+    /// A float to an int: towards zero; the smallest int for what no int holds, and for NaN.
     fn truncated(&mut self, value: Word) -> Word {
-        // What cannot be converted must not reach the conversion, whose result would be anything.
         let (low, high) = (self.module.real(-2_147_483_648.0), self.module.real(2_147_483_648.0));
-        let above = self.bool_op(Op::FOrdGreaterThanEqual, &[value, high]);
-        let below = self.bool_op(Op::FOrdLessThan, &[value, low]);
         let fits_above = self.bool_op(Op::FOrdLessThan, &[value, high]);
         let fits_below = self.bool_op(Op::FOrdGreaterThanEqual, &[value, low]);
         let fits = self.bool_op(Op::LogicalAnd, &[fits_above, fits_below]);
-        let zero = self.module.real(0.0);
-        let safe = self.choose(fits, Type::Real, value, zero);
-        let whole = self.int_op(Op::ConvertFToS, &[safe]);
-        let (most, least) = (self.module.int(i32::MAX), self.module.int(i32::MIN));
-        let whole = self.choose(below, Type::Int, least, whole);
-        self.choose(above, Type::Int, most, whole)
+        // What cannot be converted must not reach the conversion, whose result would be anything.
+        let safe = self.choose(fits, Type::Real, value, low);
+        self.int_op(Op::ConvertFToS, &[safe])
     }
 
     /// Whether a divisor is a constant for which the plain division is OSL's, but for dividends that are not finite or overflow.

@@ -83,22 +83,11 @@ fn decided(name: &str, args: &[f64], theirs: f64) -> Option<fn(f64) -> bool> {
     let nan = args.iter().any(|x| x.is_nan());
     let anything: fn(f64) -> bool = |_| true;
     match name {
-        // Saturation at FLT_MAX and 0 instead of 2^126 and 2^-126.
-        "sinh" | "cosh" | "exp" | "exp2" | "expm1" | "pow"
-            if theirs.abs() > 4e37 && !nan && args.get(1) != Some(&1.0) =>
-        {
-            Some(|ours| ours.abs() == FLT_MAX)
-        }
-        "exp" | "exp2" | "pow" if theirs.abs() == 1.17549435e-38 && !nan => {
-            Some(|ours| ours.abs() < 1.2e-38 || ours == 1.0)
-        }
-        // C's results for infinities.
-        "pow" if !finite => Some(anything),
         // Exact far away; NaN for infinities.
         "sin" | "cos" | "tan" if !finite => Some(f64::is_nan),
         "sin" | "cos" | "tan" if x.abs() > 1e5 => Some(f64::is_finite),
         // NaN in, NaN out.
-        "asin" | "acos" | "cosh" | "tanh" | "exp" | "exp2" | "expm1" | "atan2" if nan => Some(f64::is_nan),
+        "asin" | "acos" | "tanh" | "atan2" if nan => Some(f64::is_nan),
         "cbrt" if !finite => Some(|ours| !ours.is_finite()),
         // Sums of squares and products beyond float's range: f64 holds them.
         "hypot" | "degrees" if finite && theirs.is_infinite() => Some(f64::is_finite),
@@ -111,9 +100,6 @@ fn decided(name: &str, args: &[f64], theirs: f64) -> Option<fn(f64) -> bool> {
         "acos" if x == 0.5 => Some(|ours| (ours - PI / 3.0).abs() < 1e-15),
         "acos" if x == -0.5 => Some(|ours| (ours - PI * 2.0 / 3.0).abs() < 1e-15),
         "asin" | "acos" if x > 0.9999999 && x < 1.0 => Some(|ours| (ours - 0.00034527).abs() < 1e-8 || ours > 1.57),
-        // Saturates; NaN is 0.
-        "int" if nan => Some(|ours| ours == 0.0),
-        "int" if x.abs() >= 2147483648.0 => Some(|ours| ours == 2147483647.0 || ours == -2147483648.0),
         _ => None,
     }
 }
