@@ -153,7 +153,7 @@ fn lobes_hold_around_their_singularities() {
             let mut worst = Worst::default();
             // The fast part takes every third.
             for (k, c) in cases.iter().enumerate().step_by(if run.full { 1 } else { 3 }) {
-                examine(&lab, c, run.count(1 << 12, 1 << 17), 1 + k as u32, &mut worst);
+                examine(&lab, c, run.count(1 << 12, 1 << 15), 1 + k as u32, &mut worst);
             }
             hold(run, ledger, name, &worst);
         }

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use oslcl_runtime::choices::Intersection;
 use oslcl_runtime::scene::Mesh;
 use oslcl_tests::hard_cases::rays::Target;
-use oslcl_tests::hard_cases::{each, meshes};
+use oslcl_tests::hard_cases::{Run, each, meshes};
 
 /// A mesh, where it stands, where the camera stands, and whether its triangles are shared.
 struct Placed {
@@ -70,6 +70,12 @@ fn closed() -> Vec<Placed> {
     all
 }
 
+/// The most pairs of rays that may fall through, as a share. A flat body is as thin as one likes next to its rim: in f64 there is
+/// a rim too, a ten-thousandth as wide.
+fn fall_through(run: &Run<'_>, p: &Placed) -> f64 {
+    if run.precision.is_double() { 1e-4 * p.thin } else { p.thin }
+}
+
 #[test]
 fn no_ray_leaves_a_closed_mesh() {
     each("geometry", |run, ledger| {
@@ -114,7 +120,7 @@ fn rays_that_start_on_a_surface_neither_meet_it_nor_fall_through() {
             assert!(leaves.pairs > 50_000, "{}: {} pairs", p.name, leaves.pairs);
             ledger.at_most(&format!("{}: rays off the surface that meet it", p.name), f64::from(leaves.self_hits), 0.0);
             let share = f64::from(leaves.leaks) / f64::from(leaves.pairs);
-            let bound = if run.precision.is_double() { 0.0 } else { p.thin };
+            let bound = fall_through(run, p);
             ledger.at_most(&format!("{}: share of rays into it that fall through", p.name), share, bound);
             ledger.at_most(&format!("{}: points without a sound state", p.name), f64::from(leaves.broken), 0.0);
         }
@@ -145,7 +151,7 @@ fn other_tests_against_triangles_keep_what_they_say() {
                     leaks += f64::from(shots.leaks);
                     rays += f64::from(shots.rays);
                 } else {
-                    let bound = if run.precision.is_double() { 0.0 } else { p.thin };
+                    let bound = fall_through(&run, p);
                     ledger.at_most(&what("share of rays into it that fall through"), fall, bound);
                     ledger.at_most(&what("leaks through edges and vertices"), f64::from(shots.leaks), 0.0);
                 }

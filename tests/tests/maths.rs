@@ -74,7 +74,7 @@ fn cases() -> Vec<Case> {
             exact: |x, y| x.atan2(y),
             domain: |u, v| (spread(u, 20.0), spread(v, 20.0)),
             fast: |_, _, _| 3.5e-6,
-            standard: (2.0, 0.0),
+            standard: (2.5, 0.0),
         },
         Case {
             name: "exp",
