@@ -235,3 +235,14 @@ fn variables_that_are_read_too_early_are_reported() {
     let (_, err) = testshade(&at, &["--debuguninit", "-o", "Cout", "null", "unassigned"]);
     assert_eq!(err, all.iter().map(|(what, line)| said(what, *line)).collect::<String>());
 }
+
+#[test]
+fn attributes_convert() {
+    let text = "shader test()\n{\n    int i; color c; float two[2]; vector w; float f;\n\
+        int n = getattribute(\"camera:fov\", i) + getattribute(\"camera:fov\", c) + getattribute(\"camera:fov\", two);\n\
+        n += getattribute(\"camera:shutter\", w) + getattribute(\"camera:resolution\", 1, f);\n\
+        printf(\"%d: %d %g %g %g %g\\n\", n, i, c, two, w, f);\n}\n";
+    let at = folder("attributes", &[("test", text)]);
+    let (out, err) = testshade(&at, &["test"]);
+    assert_eq!((out.as_str(), err.as_str()), ("5: 90 90 90 90 90 90 0 1 0 1\n\n", ""));
+}
