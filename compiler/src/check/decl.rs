@@ -26,6 +26,9 @@ impl Checker {
                 ast::Item::Function(f) => self.function(f),
                 ast::Item::Shader(s) => {
                     if let Some(at) = first {
+                        if self.incomplete {
+                            continue;
+                        }
                         let d = Diagnostic::error("E2013", s.name.span, "a file holds one shader only")
                             .label(at, "the first one");
                         self.error(d);

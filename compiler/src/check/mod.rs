@@ -86,7 +86,7 @@ pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
         Some((shader, info)) if errors.is_empty() => Ok(Checked { shader, info, warnings: checker.warnings }),
         _ => {
             let mut errors = errors;
-            if errors.is_empty() {
+            if errors.is_empty() && !checker.incomplete {
                 errors.push(
                     Diagnostic::error("E2013", Span { file: FileId(0), start: 0, end: 0 }, "the file holds no shader")
                         .help("declare one: `surface name() { ... }`"),
