@@ -16,6 +16,7 @@ mod decl;
 mod expr;
 mod format;
 mod init;
+mod names;
 mod operator;
 mod recursion;
 mod scope;
@@ -79,7 +80,7 @@ pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
     }
     checker.scopes.enter();
     checker.declare_globals();
-    checker.scopes.enter();
+    checker.scopes.enter_joined();
     let result = checker.file(file);
     let errors = checker.errors;
     match result {
