@@ -41,6 +41,9 @@ impl Checker {
         }
         self.check_recursion();
         self.check_returns();
+        if let Some((shader, _)) = &found {
+            self.check_writes(shader);
+        }
         let (mut shader, info) = found?;
         shader.vars = std::mem::take(&mut self.vars);
         shader.structs = std::mem::take(&mut self.structs);
