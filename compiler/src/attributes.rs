@@ -40,8 +40,6 @@ pub struct Attributes {
     /// What is asked without naming an object is as in `varying`, whatever its name: the scene is not known yet. Questions that
     /// name an object, or choose the name while the shader runs, are errors then.
     pub open: bool,
-    /// Types must agree exactly, as testshade's renderer wants it; else they convert.
-    pub exact: bool,
 }
 
 /// The name of the userdata that stands for an attribute that differs from object to object, asked for in this type; an
@@ -94,49 +92,42 @@ impl Attributes {
     /// The value for a variable of the question's type: its elements.
     pub(crate) fn find(&self, q: &Question<'_>) -> Option<Vec<Const>> {
         if q.name == "osl:version" {
-            return (q.ty == "int").then(|| vec![Const::Int(VERSION)]);
+            return convert("int", vec![Const::Int(VERSION)], q.ty);
         }
         let mine = self.list.iter().filter(|a| a.name == q.name && a.object == q.object);
-        mine.filter_map(|a| self.fit(a, q)).next()
+        mine.filter_map(|a| fit(a, q)).next()
     }
+}
 
-    fn fit(&self, attribute: &Attribute, q: &Question<'_>) -> Option<Vec<Const>> {
-        let (base, _) = split(&attribute.ty);
-        let items = match &attribute.value {
-            Const::Array(items) => items.clone(),
-            single => vec![single.clone()],
-        };
-        if q.index >= 0 {
-            let item = items.get(q.index as usize)?.clone();
-            return self.convert(base, vec![item], q.ty);
-        }
-        if attribute.ty == q.ty {
-            return Some(items);
-        }
-        if self.exact { None } else { self.convert(&attribute.ty, items, q.ty) }
+fn fit(attribute: &Attribute, q: &Question<'_>) -> Option<Vec<Const>> {
+    let items = match &attribute.value {
+        Const::Array(items) => items.clone(),
+        single => vec![single.clone()],
+    };
+    if q.index >= 0 {
+        let item = items.get(q.index as usize)?.clone();
+        return convert(split(&attribute.ty).0, vec![item], q.ty);
     }
+    convert(&attribute.ty, items, q.ty)
+}
 
-    /// Conversions of the specification: int and float, a scalar to a triple, triples among each other, a float to two, two
-    /// floats to a triple.
-    fn convert(&self, from: &str, items: Vec<Const>, to: &str) -> Option<Vec<Const>> {
-        if from == to {
-            return Some(items);
-        }
-        if self.exact {
-            return None;
-        }
-        let triple = |ty: &str| matches!(ty, "color" | "point" | "vector" | "normal");
-        Some(match (from, items.as_slice(), to) {
-            ("int", [Const::Int(v)], "float") => vec![Const::Float(f64::from(*v))],
-            ("float", [Const::Float(v)], "int") => vec![Const::Int(*v as i32)],
-            ("int", [Const::Int(v)], to) if triple(to) => vec![Const::Triple([f64::from(*v); 3])],
-            ("float", [Const::Float(v)], to) if triple(to) => vec![Const::Triple([*v; 3])],
-            ("float", [Const::Float(v)], "float[2]") => vec![Const::Float(*v), Const::Float(*v)],
-            ("float[2]", [Const::Float(a), Const::Float(b)], to) if triple(to) => vec![Const::Triple([*a, *b, 0.0])],
-            (from, [Const::Triple(v)], to) if triple(from) && triple(to) => vec![Const::Triple(*v)],
-            _ => return None,
-        })
+/// Conversions of the specification: int and float, a scalar to a triple, triples among each other, a float to two, two
+/// floats to a triple. The reference's testshade has none of them; renderers have.
+fn convert(from: &str, items: Vec<Const>, to: &str) -> Option<Vec<Const>> {
+    if from == to {
+        return Some(items);
     }
+    let triple = |ty: &str| matches!(ty, "color" | "point" | "vector" | "normal");
+    Some(match (from, items.as_slice(), to) {
+        ("int", [Const::Int(v)], "float") => vec![Const::Float(f64::from(*v))],
+        ("float", [Const::Float(v)], "int") => vec![Const::Int(*v as i32)],
+        ("int", [Const::Int(v)], to) if triple(to) => vec![Const::Triple([f64::from(*v); 3])],
+        ("float", [Const::Float(v)], to) if triple(to) => vec![Const::Triple([*v; 3])],
+        ("float", [Const::Float(v)], "float[2]") => vec![Const::Float(*v), Const::Float(*v)],
+        ("float[2]", [Const::Float(a), Const::Float(b)], to) if triple(to) => vec![Const::Triple([*a, *b, 0.0])],
+        (from, [Const::Triple(v)], to) if triple(from) && triple(to) => vec![Const::Triple(*v)],
+        _ => return None,
+    })
 }
 
 /// Base and length.
@@ -152,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_convert_unless_they_must_not() {
+    fn values_convert() {
         let list = vec![
             Attribute { object: String::new(), name: "w".into(), ty: "float".into(), value: Const::Float(2.7) },
             Attribute {
@@ -162,15 +153,17 @@ mod tests {
                 value: Const::Array(vec![Const::Int(4), Const::Int(3)]),
             },
         ];
-        let loose = Attributes { list: list.clone(), ..Attributes::default() };
-        let ask = |a: &Attributes, object, name, index, ty| a.find(&Question { object, name, index, ty });
-        assert_eq!(ask(&loose, "", "w", -1, "int"), Some(vec![Const::Int(2)]));
-        assert_eq!(ask(&loose, "", "w", -1, "color"), Some(vec![Const::Triple([2.7; 3])]));
-        assert_eq!(ask(&loose, "cam", "res", 1, "int"), Some(vec![Const::Int(3)]));
-        assert_eq!(ask(&loose, "", "res", 1, "int"), None);
-        let exact = Attributes { list, exact: true, ..Attributes::default() };
-        assert_eq!(ask(&exact, "", "w", -1, "int"), None);
-        assert_eq!(ask(&exact, "", "osl:version", -1, "int"), Some(vec![Const::Int(11600)]));
+        let known = Attributes { list, ..Attributes::default() };
+        let ask = |object, name, index, ty| known.find(&Question { object, name, index, ty });
+        assert_eq!(ask("", "w", -1, "int"), Some(vec![Const::Int(2)]));
+        assert_eq!(ask("", "w", -1, "color"), Some(vec![Const::Triple([2.7; 3])]));
+        assert_eq!(ask("", "w", -1, "float[2]"), Some(vec![Const::Float(2.7); 2]));
+        assert_eq!(ask("", "w", -1, "string"), None);
+        assert_eq!(ask("cam", "res", 1, "int"), Some(vec![Const::Int(3)]));
+        assert_eq!(ask("cam", "res", 1, "float"), Some(vec![Const::Float(3.0)]));
+        assert_eq!(ask("", "res", 1, "int"), None);
+        assert_eq!(ask("", "osl:version", -1, "int"), Some(vec![Const::Int(11600)]));
+        assert_eq!(ask("", "osl:version", -1, "float"), Some(vec![Const::Float(11600.0)]));
     }
 
     #[test]

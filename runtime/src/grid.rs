@@ -92,7 +92,7 @@ impl Grid {
         Grid { width, height, ..Grid::default() }
     }
 
-    /// What `getattribute` finds: testshade's camera, and the one option that it answers. Types must agree exactly.
+    /// What `getattribute` finds: testshade's camera, and the one option that it answers.
     pub fn attributes(&self) -> Attributes {
         let float = |v: f64| Value::Float(v);
         let floats = |v: &[f64]| Value::Array(v.iter().map(|x| Value::Float(*x)).collect());
@@ -122,7 +122,7 @@ impl Grid {
         // The reference's own digits of pi.
         #[allow(clippy::approx_constant)]
         add("options", "blahblah".to_owned(), "float", float(3.14159));
-        Attributes { list, exact: true, ..Attributes::default() }
+        Attributes { list, ..Attributes::default() }
     }
 
     /// Screen, NDC and raster space of the camera, then those of [`SPACES`].

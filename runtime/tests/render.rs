@@ -196,7 +196,8 @@ fn materials_are_checked() {
     let text = square("shader = \"matte\"\nparams = { Cs = \"red\" }");
     at.refuses(&text, &["in material `m`", "matte.osl:4:11: error[E4002]", "`Cs` is color", "\"red\""]);
     at.write("broken.osl", "surface broken()\n{\n    Ci = diffuse(N)\n}\n");
-    let broken = ["in material `m`", "broken.osl:3:19: error[E1001]: expected `;`", "    Ci = diffuse(N)\n", "^"];
+    let broken =
+        ["in material `m`", "broken.osl:4:1: error[E1001]: expected `;`", "}\n", "^", "broken.osl:3:19: after this"];
     at.refuses(&square("shader = \"broken.osl\""), &broken);
     fails(&at.oslcl(&["plan", "s.toml"]), 1, &broken);
     at.write("cycle.osl", "#include \"a.h\"\nsurface cycle() {}\n");

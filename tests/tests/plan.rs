@@ -84,7 +84,7 @@ fn each_effect_is_asked_for_by_what_needs_it() {
     check(&wall_of("surface d() { Ci = trace(P, N) * diffuse(N); }"), &["surfaces", "lobe_diffuse", "traces"]);
     check(
         &wall_of(
-            "surface d() { float u; string n; trace(P, N, \"traceset\", \"-a\"); getmessage(\"trace\", \"u\", u);
+            "surface d() { float s; string n; trace(P, N, \"traceset\", \"-a\"); getmessage(\"trace\", \"u\", s);
                 getmessage(\"trace\", \"geom:name\", n); Ci = (u + (n == \"a\")) * diffuse(N); }",
         ),
         &["surfaces", "lobe_diffuse", "traces", "trace_sets", "trace_names", "uvs"],

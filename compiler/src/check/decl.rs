@@ -26,6 +26,9 @@ impl Checker {
                 ast::Item::Function(f) => self.function(f),
                 ast::Item::Shader(s) => {
                     if let Some(at) = first {
+                        if self.incomplete {
+                            continue;
+                        }
                         let d = Diagnostic::error("E2013", s.name.span, "a file holds one shader only")
                             .label(at, "the first one");
                         self.error(d);
@@ -38,6 +41,9 @@ impl Checker {
         }
         self.check_recursion();
         self.check_returns();
+        if let Some((shader, _)) = &found {
+            self.check_writes(shader);
+        }
         let (mut shader, info) = found?;
         shader.vars = std::mem::take(&mut self.vars);
         shader.structs = std::mem::take(&mut self.structs);
@@ -47,7 +53,7 @@ impl Checker {
 
     fn shader(&mut self, s: &ast::Shader) -> Option<(typed::Shader, ShaderInfo)> {
         let metadata = self.metadata(&s.metadata);
-        self.scopes.enter();
+        self.scopes.enter_joined();
         let mut params = Vec::new();
         let mut infos = Vec::new();
         for (index, p) in s.params.iter().enumerate() {
@@ -57,7 +63,7 @@ impl Checker {
             }
         }
         self.returns = Some(Type::VOID);
-        let body = self.block(&s.body);
+        let body = self.body_block(&s.body);
         self.returns = None;
         self.scopes.leave();
         let info = ShaderInfo { name: s.name.name.clone(), kind: s.kind.name.clone(), metadata, params: infos };
@@ -153,14 +159,7 @@ impl Checker {
 
     /// Declares a variable in the innermost scope.
     pub(super) fn declare(&mut self, name: &ast::Ident, ty: Type, kind: VarKind, writable: bool) -> VarId {
-        if let Some(Symbol::Var(old)) = self.scopes.find_here(&name.name) {
-            let at = self.var(*old).span;
-            let message = format!("`{}` is already declared in this scope", name.name);
-            self.error(Diagnostic::error("E2007", name.span, message).label(at, "here"));
-        } else if let Some(Symbol::Struct(_)) = self.scopes.find_here(&name.name) {
-            let message = format!("`{}` is already a struct in this scope", name.name);
-            self.error(Diagnostic::error("E2007", name.span, message));
-        }
+        self.check_unused(name, matches!(kind, VarKind::ShaderParam(_)));
         let id = self.new_var(Var { name: name.name.clone(), ty, kind, writable, span: name.span });
         self.scopes.declare_var(&name.name, id);
         id
@@ -243,9 +242,7 @@ impl Checker {
         if s.name.name.starts_with("___") {
             self.error(Diagnostic::error("E2012", s.name.span, "a struct's name cannot start with three underscores"));
         }
-        if self.scopes.find_here(&s.name.name).is_some() {
-            let message = format!("`{}` is already declared in this scope", s.name.name);
-            self.error(Diagnostic::error("E2007", s.name.span, message));
+        if !self.check_unused(&s.name, false) {
             return;
         }
         let mut fields: Vec<(String, Type)> = Vec::new();
@@ -303,8 +300,7 @@ impl Checker {
             return;
         };
         if let Some(Symbol::Var(_) | Symbol::Struct(_)) = self.scopes.find_here(&f.name.name) {
-            let message = format!("`{}` is already declared in this scope as something else", f.name.name);
-            self.error(Diagnostic::error("E2007", f.name.span, message));
+            self.check_unused(&f.name, false);
             return;
         }
         let types: Vec<Type> = params.iter().map(|(v, _)| self.var(*v).ty).collect();
@@ -338,7 +334,7 @@ impl Checker {
             let name = self.var(*var).name.clone();
             self.scopes.declare_var(&name, *var);
         }
-        let stmts = self.block(body);
+        let stmts = self.body_block(body);
         self.scopes.leave();
         let returned = self.returned;
         (self.current, self.loops, self.returns, self.returned) = outer;

@@ -246,7 +246,8 @@ impl Checker {
         match &e.kind {
             ExprKind::Var(id) => {
                 let var = self.var(*id);
-                if var.writable {
+                // Of parameters of the shader `check_writes` knows more.
+                if var.writable || matches!(var.kind, VarKind::ShaderParam(_)) {
                     return Some(());
                 }
                 // As the reference implementation: said, but done.
@@ -340,6 +341,10 @@ impl Checker {
             || typed.len() == 1 && strings == 0
         {
             let only = typed.into_iter().next()?;
+            // A value of its own, while `(float)k` is the variable.
+            if only.ty == ty && only.is_place() {
+                return Some(Expr { kind: ExprKind::Convert(Box::new(only)), ty, span });
+            }
             return self.cast(only, base, span);
         }
         let fits = match base {

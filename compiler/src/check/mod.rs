@@ -5,7 +5,7 @@
 //!
 //! Codes: `E2001` unknown name, `E2002` unknown type, `E2003` type mismatch, `E2004` no overload fits, `E2005` ambiguous
 //! call, `E2006` not assignable, `E2007` redeclared, `E2008` control flow out of place, `E2009` missing return, `E2010`
-//! recursion, `E2011` arrays, `E2012` structs, `E2013` shaders and parameters, `E2014` metadata, `E2016` token/value arguments; `W2001` shadowing and
+//! recursion, `E2011` arrays, `E2012` structs, `E2013` shaders and parameters, `E2014` metadata, `E2016` token/value arguments, `E2018` writes; `W2001` shadowing and
 //! the like, `W2008` tokens that a closure does not know, `W2009` closures that nothing maps.
 
 mod call;
@@ -16,11 +16,13 @@ mod decl;
 mod expr;
 mod format;
 mod init;
+mod names;
 mod operator;
 mod recursion;
 mod scope;
 mod stmt;
 pub mod typed;
+mod writes;
 
 use crate::ast;
 use crate::builtins::{self, sig};
@@ -79,14 +81,14 @@ pub fn check(file: &ast::File) -> Result<Checked, Vec<Diagnostic>> {
     }
     checker.scopes.enter();
     checker.declare_globals();
-    checker.scopes.enter();
+    checker.scopes.enter_joined();
     let result = checker.file(file);
     let errors = checker.errors;
     match result {
         Some((shader, info)) if errors.is_empty() => Ok(Checked { shader, info, warnings: checker.warnings }),
         _ => {
             let mut errors = errors;
-            if errors.is_empty() {
+            if errors.is_empty() && !checker.incomplete {
                 errors.push(
                     Diagnostic::error("E2013", Span { file: FileId(0), start: 0, end: 0 }, "the file holds no shader")
                         .help("declare one: `surface name() { ... }`"),

@@ -14,15 +14,31 @@ pub(super) enum Symbol {
     Broken,
 }
 
+/// A level of names.
+struct Level {
+    names: HashMap<String, Symbol>,
+    /// Declarations of it and of the level around are in one scope.
+    joined: bool,
+}
+
 /// The scopes, outermost first.
 #[derive(Default)]
 pub(super) struct Scopes {
-    stack: Vec<HashMap<String, Symbol>>,
+    stack: Vec<Level>,
 }
+
+/// Levels up to the one of the globals: names that syntax errors hide, globals. Those of the file and a shader are joined to it.
+const FILE_LEVEL: usize = 2;
 
 impl Scopes {
     pub fn enter(&mut self) {
-        self.stack.push(HashMap::new());
+        self.stack.push(Level { names: HashMap::new(), joined: false });
+    }
+
+    /// A level whose names end with it, but must not be those of the level around: a shader's parameters are in the scope of
+    /// the file and the built-in names, the statements of a body in the scope of its parameters.
+    pub fn enter_joined(&mut self) {
+        self.stack.push(Level { names: HashMap::new(), joined: true });
     }
 
     pub fn leave(&mut self) {
@@ -31,12 +47,25 @@ impl Scopes {
 
     /// The innermost meaning of a name.
     pub fn find(&self, name: &str) -> Option<&Symbol> {
-        self.stack.iter().rev().find_map(|s| s.get(name))
+        self.stack.iter().rev().find_map(|s| s.names.get(name))
     }
 
     /// The meaning in the innermost scope alone.
     pub fn find_here(&self, name: &str) -> Option<&Symbol> {
-        self.stack.last().and_then(|s| s.get(name))
+        for level in self.stack.iter().rev() {
+            if let Some(symbol) = level.names.get(name) {
+                return Some(symbol);
+            }
+            if !level.joined {
+                break;
+            }
+        }
+        None
+    }
+
+    /// Whether the innermost scope is that of the file, which has the names of the built-in functions too.
+    pub fn at_file(&self) -> bool {
+        self.stack.iter().rev().take_while(|level| level.joined).count() + FILE_LEVEL == self.stack.len()
     }
 
     pub fn declare_var(&mut self, name: &str, id: VarId) {
@@ -56,17 +85,17 @@ impl Scopes {
 
     fn declare(&mut self, name: &str, symbol: Symbol) {
         if let Some(scope) = self.stack.last_mut() {
-            scope.insert(name.to_string(), symbol);
+            scope.names.insert(name.to_string(), symbol);
         }
     }
 
     /// Adds an overload to the innermost scope.
     pub fn declare_function(&mut self, name: &str, id: FunctionId) {
         if let Some(scope) = self.stack.last_mut() {
-            match scope.get_mut(name) {
+            match scope.names.get_mut(name) {
                 Some(Symbol::Functions(list)) => list.push(id),
                 _ => {
-                    scope.insert(name.to_string(), Symbol::Functions(vec![id]));
+                    scope.names.insert(name.to_string(), Symbol::Functions(vec![id]));
                 }
             }
         }
@@ -76,7 +105,7 @@ impl Scopes {
     pub fn functions(&self, name: &str) -> Vec<FunctionId> {
         let mut out = Vec::new();
         for scope in self.stack.iter().rev() {
-            if let Some(Symbol::Functions(list)) = scope.get(name) {
+            if let Some(Symbol::Functions(list)) = scope.names.get(name) {
                 out.extend(list.iter().rev());
             }
         }
@@ -85,6 +114,6 @@ impl Scopes {
 
     /// The names of all symbols for which `keep` holds, for suggestions.
     pub fn names(&self, keep: impl Fn(&Symbol) -> bool) -> impl Iterator<Item = &str> {
-        self.stack.iter().flat_map(|s| s.iter()).filter(move |(_, s)| keep(s)).map(|(n, _)| n.as_str())
+        self.stack.iter().flat_map(|s| s.names.iter()).filter(move |(_, s)| keep(s)).map(|(n, _)| n.as_str())
     }
 }

@@ -10,6 +10,17 @@ impl Checker {
     /// The statements of a block, in a scope of their own.
     pub(super) fn block(&mut self, block: &ast::Block) -> Vec<Stmt> {
         self.scopes.enter();
+        self.stmts(block)
+    }
+
+    /// The statements of a function or shader, in the scope of its parameters.
+    pub(super) fn body_block(&mut self, block: &ast::Block) -> Vec<Stmt> {
+        self.scopes.enter_joined();
+        self.stmts(block)
+    }
+
+    /// The statements of a block, whose scope ends with them.
+    fn stmts(&mut self, block: &ast::Block) -> Vec<Stmt> {
         let mut out = Vec::new();
         for stmt in &block.stmts {
             self.stmt(stmt, &mut out);

@@ -257,6 +257,53 @@ pub enum Stmt {
     Return(Option<Expr>, Span),
 }
 
+/// Visits an expression and all inside it; without recursion, since chains of operators may be long.
+pub(crate) fn visit<'e>(e: &'e Expr, see: &mut dyn FnMut(&'e Expr)) {
+    let mut todo = vec![e];
+    while let Some(e) = todo.pop() {
+        see(e);
+        match &e.kind {
+            ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::Var(_) => {}
+            ExprKind::Field(a, _)
+            | ExprKind::Convert(a)
+            | ExprKind::Truth(a)
+            | ExprKind::Neg(a)
+            | ExprKind::Not(a)
+            | ExprKind::Compl(a)
+            | ExprKind::IncDec(_, a) => todo.push(a),
+            ExprKind::Index(a, b)
+            | ExprKind::Component(a, b)
+            | ExprKind::Binary(_, a, b)
+            | ExprKind::Assign(a, b)
+            | ExprKind::AssignOp(_, a, b) => todo.extend([&**a, &**b]),
+            ExprKind::Element(a, b, c) | ExprKind::Ternary(a, b, c) => todo.extend([&**a, &**b, &**c]),
+            ExprKind::Call(_, list) | ExprKind::Construct(list) | ExprKind::List(list) | ExprKind::Comma(list) => {
+                todo.extend(list);
+            }
+        }
+    }
+}
+
+/// The expressions of statements, outermost.
+pub(crate) fn expressions<'e>(stmts: &'e [Stmt], see: &mut dyn FnMut(&'e Expr)) {
+    for stmt in stmts {
+        match stmt {
+            Stmt::Declare(_, Some(e)) | Stmt::Expr(e) | Stmt::Return(Some(e), _) => see(e),
+            Stmt::Block(b) => expressions(b, see),
+            Stmt::If(c, a, b) => {
+                see(c);
+                expressions(a, see);
+                expressions(b, see);
+            }
+            Stmt::Loop { cond, step, body, .. } => {
+                cond.iter().chain(step).for_each(&mut *see);
+                expressions(body, see);
+            }
+            _ => {}
+        }
+    }
+}
+
 impl Type {
     /// Result of functions that return nothing.
     pub(crate) const VOID: Type = Type::scalar(Base::Void);

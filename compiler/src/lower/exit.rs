@@ -7,56 +7,9 @@
 
 use super::Lower;
 use super::place::Place;
-use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt as Typed};
+use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt as Typed, expressions, visit};
 use crate::ir::{Block, Inst, LocalId, LocalKind, Stmt, Ty, UnaryOp, ValueId};
 use crate::source::Span;
-
-/// Visits an expression and all inside it; without recursion, since chains of operators may be long.
-fn visit<'e>(e: &'e Expr, see: &mut dyn FnMut(&'e Expr)) {
-    let mut todo = vec![e];
-    while let Some(e) = todo.pop() {
-        see(e);
-        match &e.kind {
-            ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::Var(_) => {}
-            ExprKind::Field(a, _)
-            | ExprKind::Convert(a)
-            | ExprKind::Truth(a)
-            | ExprKind::Neg(a)
-            | ExprKind::Not(a)
-            | ExprKind::Compl(a)
-            | ExprKind::IncDec(_, a) => todo.push(a),
-            ExprKind::Index(a, b)
-            | ExprKind::Component(a, b)
-            | ExprKind::Binary(_, a, b)
-            | ExprKind::Assign(a, b)
-            | ExprKind::AssignOp(_, a, b) => todo.extend([&**a, &**b]),
-            ExprKind::Element(a, b, c) | ExprKind::Ternary(a, b, c) => todo.extend([&**a, &**b, &**c]),
-            ExprKind::Call(_, list) | ExprKind::Construct(list) | ExprKind::List(list) | ExprKind::Comma(list) => {
-                todo.extend(list);
-            }
-        }
-    }
-}
-
-/// The expressions of statements, outermost.
-fn expressions<'e>(stmts: &'e [Typed], see: &mut dyn FnMut(&'e Expr)) {
-    for stmt in stmts {
-        match stmt {
-            Typed::Declare(_, Some(e)) | Typed::Expr(e) | Typed::Return(Some(e), _) => see(e),
-            Typed::Block(b) => expressions(b, see),
-            Typed::If(c, a, b) => {
-                see(c);
-                expressions(a, see);
-                expressions(b, see);
-            }
-            Typed::Loop { cond, step, body, .. } => {
-                cond.iter().chain(step).for_each(&mut *see);
-                expressions(body, see);
-            }
-            _ => {}
-        }
-    }
-}
 
 pub(super) fn is_exit(e: &Expr) -> bool {
     matches!(&e.kind, ExprKind::Call(Callee::Builtin { id, .. }, _) if crate::builtins::row(*id).name == "exit")

@@ -9,7 +9,7 @@ use super::place::Place;
 use super::special::{Unknown, arg_values};
 use super::{Lower, ir_type};
 use crate::builtins::{self, Lowering};
-use crate::check::typed::{Expr, ExprKind};
+use crate::check::typed::{Expr, ExprKind, VarKind};
 use crate::diag::Diagnostic;
 use crate::ir::{Arg, BinaryOp, Const, Inst, LocalId, Stmt, Ty, ValueId};
 use crate::source::Span;
@@ -250,7 +250,8 @@ impl<'a> Lower<'a> {
 
     pub(super) fn can_be_written(&self, e: &Expr) -> bool {
         match &e.kind {
-            ExprKind::Var(id) => self.tree.var(*id).writable,
+            // The checker warns of functions that write their parameters, and refuses it where it counts.
+            ExprKind::Var(id) => self.tree.var(*id).writable || self.tree.var(*id).kind == VarKind::FunctionParam,
             ExprKind::Index(base, _)
             | ExprKind::Component(base, _)
             | ExprKind::Element(base, ..)

@@ -38,11 +38,15 @@ pub(super) fn describe(error: &Error<Rule>, pre: &Preprocessed, text: &str) -> D
         ErrorVariant::CustomError { .. } => &[],
     };
     let found_words = if found.is_empty() { "the end of the file".to_string() } else { format!("`{found}`") };
-    // A `;` that is missing belongs behind the token before, often on the line before.
+    // A `;` that is missing belongs behind the token before, often on the line before; the line is that of the next token, as in
+    // the reference implementation.
     let body = positives.contains(&Rule::block) || positives.contains(&Rule::lbrace);
     if positives.contains(&Rule::semi) && !positives.contains(&Rule::rparen) && !body {
-        let span = pre.behind(at);
-        return Diagnostic::error("E1001", span, format!("expected `;` after this, found {found_words}"));
+        let message = format!("expected `;`, found {found_words}");
+        return match found {
+            "" => Diagnostic::error("E1001", pre.behind(at), message),
+            _ => Diagnostic::error("E1001", here, message).label(pre.behind(at), "after this"),
+        };
     }
     let expected = expectation(positives);
     let message = match expected {

@@ -191,10 +191,11 @@ impl Device {
         out
     }
 
-    /// Build options with those that get around what this device's compiler does wrong (kernels/context.h).
+    /// Build options with those that get around what this device's compiler does wrong (kernels/context.h), and without its
+    /// warnings: nobody reads them, and PoCL's clang counts them on standard error.
     pub(crate) fn options(&self, options: &str) -> String {
         let lane_by_lane = self.info.kind == DeviceKind::Cpu && self.info.platform.contains("Intel");
-        if lane_by_lane { format!("{options} -D OSLCL_LANE_BY_LANE") } else { options.to_owned() }
+        format!("{options} -w{}", if lane_by_lane { " -D OSLCL_LANE_BY_LANE" } else { "" })
     }
 
     /// Waits until all that was queued is done.

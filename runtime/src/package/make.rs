@@ -188,7 +188,7 @@ impl Front {
             entry: Entry::Grid(shade::default_outputs(info)),
             // As for a shader without a scene: nothing has data at its vertices.
             userdata: None,
-            attributes: Attributes { open: true, exact: true, ..Attributes::default() },
+            attributes: Attributes { open: true, ..Attributes::default() },
             ..options
         };
         let (points, no_points) = tried(with_spirv(&self.points, at_points));

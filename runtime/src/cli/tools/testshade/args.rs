@@ -164,6 +164,7 @@ const TABLE: &[Spec] = &[
         Takes::Values(2),
         "NAME VALUE: a parameter of the next shader (type=, interpolated=, interactive=)",
     ),
+    spec(&["iparam"], Takes::Values(2), "NAME VALUE: an int parameter, as -param:type=int"),
     spec(&["shader"], Takes::Values(2), "SHADER LAYER: add a shader"),
     spec(&["connect"], Takes::Values(4), "FROM_LAYER FROM_OUTPUT TO_LAYER TO_INPUT: connect two layers"),
     spec(&["reparam"], Takes::Values(3), "LAYER NAME VALUE: change a parameter after the first iteration (type=)"),
@@ -198,15 +199,14 @@ const TABLE: &[Spec] = &[
     spec(&["debuguninit"], Takes::Nothing, "Report variables that are read before they have a value"),
     spec(&["debugnan"], Takes::Nothing, "Report variables that get a NaN or an infinity"),
     spec(&["debug"], Takes::Nothing, "Say which globals the compiled group reads"),
+    spec(&["t"], Takes::Values(1), "N: accepted: the device runs all points at once"),
+    spec(&["O0", "O1", "O2"], Takes::Nothing, "Accepted: groups are always optimised"),
     spec(&["help", "h"], Takes::Nothing, "Print this help"),
     spec(&["version"], Takes::Nothing, "Print the version"),
     // Settings of the reference implementation's own machinery: there is nothing here that they could set.
-    spec(&["t", "llvm_opt", "jbufferMB", "locale"], Takes::Values(1), ""),
+    spec(&["llvm_opt", "jbufferMB", "locale"], Takes::Values(1), ""),
     spec(
         &[
-            "O0",
-            "O1",
-            "O2",
             "debug2",
             "groupoutputs",
             "warmup",
@@ -261,13 +261,25 @@ fn take(args: &mut Args, mut item: Item) -> Result<(), String> {
         "groupname" => args.group_name = Some(first),
         "layer" => args.setup.push(Setup::Layer(first)),
         "param" => args.setup.push(Setup::Param(value(&item.modifiers, &first, &item.values[1]))),
+        "iparam" => {
+            let modifiers = format!("{}:type=int", item.modifiers);
+            args.setup.push(Setup::Param(value(&modifiers, &first, &item.values[1])));
+        }
         "shader" => args.setup.push(Setup::Shader(first, Some(item.values.remove(1)))),
         "connect" => {
             let ends = item.values.try_into();
             args.setup.push(Setup::Connect(ends.map_err(|_| "option `-connect` needs 4 values".to_owned())?));
         }
         "reparam" => {
-            args.setup.push(Setup::Reparam(first, value(&item.modifiers, &item.values[1], &item.values[2])));
+            let (name, text) = (&item.values[1], &item.values[2]);
+            let value = value(&item.modifiers, name, text);
+            if matches!(value.value, Binding::Floats(_)) && numbers(text).is_none() {
+                let ty = value.ty.as_deref().unwrap_or("float");
+                return Err(format!(
+                    "option `-reparam` gives `{name}` of layer `{first}` a {ty}, which `{text}` is not"
+                ));
+            }
+            args.setup.push(Setup::Reparam(first, value));
         }
         "group" => args.setup.push(Setup::Group(first)),
         "archivegroup" => return Err("archives of groups are not written; `-group` takes a group's text".to_owned()),
@@ -327,6 +339,11 @@ fn list(text: &str) -> Vec<(String, String)> {
     out
 }
 
+/// Numbers with commas between them, and nothing else.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|n| n.trim().parse().ok()).collect()
+}
+
 /// Reads a value as the reference implementation guesses its type: 16 or 3 numbers, an int, a float, else text; a type given with
 /// `type=` narrows the guess.
 fn value(modifiers: &str, name: &str, text: &str) -> Value {
@@ -346,7 +363,7 @@ fn value(modifiers: &str, name: &str, text: &str) -> Value {
             _ => {}
         }
     }
-    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    let numbers = numbers(text);
     let (base, array) = match &out.ty {
         Some(ty) => (ty.split('[').next().unwrap_or(ty), ty.contains('[')),
         None => ("", false),
@@ -375,16 +392,20 @@ mod tests {
 
     #[test]
     fn one_dash_or_two() {
-        let args = parse(&words("-g 4 2 --center -param a 1,2,3 --param:type=float:interactive=1 f 1 -layer top test"));
+        let args = parse(&words(
+            "-g 4 2 --center -param a 1,2,3 --param:type=float:interactive=1 f 1 --iparam i 3 -layer top test",
+        ));
         let args = args.expect("good words");
         assert_eq!(args.grid, [4, 2]);
         assert!(args.center);
-        let [Setup::Param(a), Setup::Param(f), Setup::Layer(layer), Setup::Shader(shader, None)] = &args.setup[..]
+        let [Setup::Param(a), Setup::Param(f), Setup::Param(i), Setup::Layer(layer), Setup::Shader(shader, None)] =
+            &args.setup[..]
         else {
             panic!("{:?}", args.setup);
         };
         assert_eq!(a.value, Binding::Floats(vec![1.0, 2.0, 3.0]));
         assert_eq!((&f.value, f.interactive), (&Binding::Float(1.0), true));
+        assert_eq!((&i.value, i.ty.as_deref()), (&Binding::Int(3), Some("int")));
         assert_eq!((layer.as_str(), shader.as_str()), ("top", "test"));
     }
 
@@ -405,6 +426,10 @@ mod tests {
             ("-g 4", "option `-g` needs 2 values"),
             ("-g 4 x", "option `-res` takes whole numbers from 1 to 65536, not `x`"),
             ("--nonsense", "unknown option `--nonsense`"),
+            (
+                "--reparam:type=float lay k abc",
+                "option `-reparam` gives `k` of layer `lay` a float, which `abc` is not",
+            ),
             ("--scaleuv nan 1", "option `-scaleuv` takes numbers, not `nan`"),
         ] {
             assert_eq!(parse(&words(text)).expect_err(text), said);

@@ -6,7 +6,9 @@ use super::super::super::args::SourceArgs;
 use super::super::super::sources::{self, Folders};
 use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
-use oslcl_compiler::{Bound, ColorSystem, Connection, Group, Hints, Layer, Master, Options, ParseError};
+use oslcl_compiler::{
+    Binding, Bound, ColorSystem, Connection, Group, Hints, Layer, Master, Options, ParseError, suggest,
+};
 use oslcl_runtime::{grid, shader_file};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -140,7 +142,35 @@ pub fn build(args: &Args, shaders: &Shaders) -> Result<Built, Error> {
     }
     let layer_of = |output: &String| output.split_once('.').map(|(layer, _)| layer.to_owned());
     group.entry_layers.extend(args.entry_outputs.iter().filter_map(layer_of));
+    for (layer, value) in &later {
+        check_later(&group, layer, value).map_err(usage)?;
+    }
     Ok(Built { group, later })
+}
+
+/// Whether a value that `-reparam` gives has a parameter that it fits; else what is wrong with it.
+fn check_later(group: &Group, layer: &str, value: &Value) -> Result<(), String> {
+    let name = &value.name;
+    let Some(found) = group.layers.iter().find(|l| l.name == layer) else {
+        let near = near(layer, group.layers.iter().map(|l| l.name.as_str()));
+        return Err(format!("option `-reparam`: the group has no layer `{layer}`{near}"));
+    };
+    let params = &found.master.info().params;
+    let Some(param) = params.iter().find(|p| p.name == *name) else {
+        let near = near(name, params.iter().map(|p| p.name.as_str()));
+        return Err(format!("option `-reparam`: layer `{layer}` has no parameter `{name}`{near}"));
+    };
+    match &value.value {
+        Binding::Str(text) if !param.ty.starts_with("string") => Err(format!(
+            "option `-reparam`: parameter `{name}` of layer `{layer}` is {}, which `{text}` is not",
+            param.ty
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn near<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    suggest::closest(name, known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
 }
 
 fn bound(value: &Value) -> Bound {
