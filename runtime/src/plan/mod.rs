@@ -13,7 +13,7 @@ mod stages;
 pub use asker::{Asker, Decider, Part, ShaderPlace};
 pub use effects::{Decision, Effect};
 pub use layout::{BufferId, Constant, Counter, Layout, Setting};
-pub use overrides::{EffectSet, Overrides, UnknownEffect};
+pub use overrides::{EffectSet, OverrideError, Overrides};
 pub use stages::{ProgramPlan, Stage};
 
 use crate::accel::{Emission, MaterialUse};

@@ -37,14 +37,20 @@ impl FromIterator<Effect> for EffectSet {
     }
 }
 
-/// No effect has the name.
+/// What the user can't decide about effects.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no effect `{name}`{}\n  help: effects are {}", .suggestion.as_ref().map_or(String::new(), |s| format!(": did you mean `{s}`?")), Effect::choosable().map(|e| e.name()).collect::<Vec<_>>().join(", "))]
-pub struct UnknownEffect {
-    /// What was written.
-    pub name: String,
-    /// The name nearest to it.
-    pub suggestion: Option<String>,
+pub enum OverrideError {
+    /// No effect has the name.
+    #[error("there is no effect `{name}`{}\n  help: effects are {}", .suggestion.as_ref().map_or(String::new(), |s| format!(": did you mean `{s}`?")), Effect::choosable().map(|e| e.name()).collect::<Vec<_>>().join(", "))]
+    Unknown {
+        /// What was written.
+        name: String,
+        /// The name nearest to it.
+        suggestion: Option<String>,
+    },
+    /// It is how another renderer does things.
+    #[error("`{name}` can be neither forced nor left out: it is how testrender does things, which its scenes (.xml) alone ask for", name = .0.name())]
+    Convention(Effect),
 }
 
 /// What the user decides against the plan.
@@ -99,16 +105,19 @@ impl Overrides {
     }
 
     /// As [`Overrides::new`], by name.
-    pub fn by_name(force: &[String], without: &[String]) -> Result<Overrides, UnknownEffect> {
-        let find = |name: &String| {
-            Effect::choosable().find(|e| e.name() == name).ok_or_else(|| UnknownEffect {
+    pub fn by_name(force: &[String], without: &[String]) -> Result<Overrides, OverrideError> {
+        let find = |name: &String| match Effect::ALL.iter().find(|e| e.name() == name) {
+            Some(effect) if effect.is_convention() => Err(OverrideError::Convention(*effect)),
+            Some(effect) => Ok(*effect),
+            None => Err(OverrideError::Unknown {
                 name: name.clone(),
                 suggestion: oslcl_compiler::suggest::closest(name, Effect::choosable().map(|e| e.name()))
                     .map(str::to_owned),
-            })
+            }),
         };
         let all = |names: &[String]| names.iter().map(find).collect::<Result<Vec<_>, _>>();
-        Ok(Overrides::new(all(force)?, all(without)?))
+        let (force, without) = (all(force)?, all(without)?);
+        Ok(Overrides::new(force, without))
     }
 
     /// Whether the user wants an effect on.
@@ -220,5 +229,18 @@ mod tests {
         let error = Overrides::by_name(&["thin_lense".to_owned()], &[]).expect_err("no such effect").to_string();
         assert!(error.starts_with("there is no effect `thin_lense`: did you mean `thin_lens`?\n"), "{error}");
         assert!(error.contains("surfaces, thin_lens, tent_filter"), "{error}");
+    }
+
+    #[test]
+    fn every_effect_can_be_chosen_or_says_why_not() {
+        for effect in Effect::ALL {
+            let name = [effect.name().to_owned()];
+            for result in [Overrides::by_name(&name, &[]), Overrides::by_name(&[], &name)] {
+                match result {
+                    Ok(_) => assert!(!effect.is_convention()),
+                    Err(e) => assert!(e.to_string().contains("which its scenes (.xml) alone ask for"), "{e}"),
+                }
+            }
+        }
     }
 }
