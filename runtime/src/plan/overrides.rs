@@ -51,6 +51,17 @@ pub enum OverrideError {
     /// It is how another renderer does things.
     #[error("`{name}` can be neither forced nor left out: it is how testrender does things, which its scenes (.xml) alone ask for", name = .0.name())]
     Convention(Effect),
+    /// It is to be on and off.
+    #[error("`--force {name}` and `--without {name}`: an effect is on or off, not both", name = .0.name())]
+    Both(Effect),
+    /// It is to be on without what it can't do without.
+    #[error("`--force {on}` and `--without {off}`: `{on}` needs `{off}`", on = .effect.name(), off = .need.name())]
+    Needs {
+        /// The effect that is forced.
+        effect: Effect,
+        /// What is left out.
+        need: Effect,
+    },
 }
 
 /// What the user decides against the plan.
@@ -104,7 +115,7 @@ impl Overrides {
         }
     }
 
-    /// As [`Overrides::new`], by name.
+    /// As [`Overrides::new`], by name; nothing may be both on and off.
     pub fn by_name(force: &[String], without: &[String]) -> Result<Overrides, OverrideError> {
         let find = |name: &String| match Effect::ALL.iter().find(|e| e.name() == name) {
             Some(effect) if effect.is_convention() => Err(OverrideError::Convention(*effect)),
@@ -117,6 +128,15 @@ impl Overrides {
         };
         let all = |names: &[String]| names.iter().map(find).collect::<Result<Vec<_>, _>>();
         let (force, without) = (all(force)?, all(without)?);
+        for effect in &force {
+            if without.contains(effect) {
+                return Err(OverrideError::Both(*effect));
+            }
+            let needs = Overrides::new([*effect], []);
+            if let Some(need) = without.iter().find(|e| needs.forces(**e)) {
+                return Err(OverrideError::Needs { effect: *effect, need: *need });
+            }
+        }
         Ok(Overrides::new(force, without))
     }
 
@@ -242,5 +262,17 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn nothing_is_both_on_and_off() {
+        let by_name = |force: &str, without: &str| Overrides::by_name(&[force.to_owned()], &[without.to_owned()]);
+        let refused = |force, without| by_name(force, without).expect_err("a contradiction").to_string();
+        let both = "`--force uvs` and `--without uvs`: an effect is on or off, not both";
+        assert_eq!(refused("uvs", "uvs"), both);
+        let need =
+            "`--force environment_sampling` and `--without environment`: `environment_sampling` needs `environment`";
+        assert_eq!(refused("environment_sampling", "environment"), need);
+        assert!(by_name("environment", "environment_sampling").is_ok());
     }
 }
