@@ -131,7 +131,7 @@ impl Plan {
         self.decisions.iter().filter_map(Decision::warning).chain(self.in_vain())
     }
 
-    /// A note about effects that are forced and yet add nothing.
+    /// A note about effects that are forced and yet add no code (at most buffers that nothing reads).
     fn in_vain(&self) -> Option<String> {
         let vain = self.decisions.iter().filter(|d| d.is_on() && !d.is_asked() && d.effect.is_of_materials());
         let names: Vec<String> = vain.map(|d| format!("`{}`", d.effect.name())).collect();
@@ -140,7 +140,7 @@ impl Plan {
             [one] => one.clone(),
             [most @ .., last] => format!("{} and {last}", most.join(", ")),
         };
-        Some(format!("note: forcing {names} adds nothing: only materials that ask for it bring its code\n"))
+        Some(format!("note: forcing {names} adds no code: only materials that ask for it bring it\n"))
     }
 
     /// The macros that every program has: `HAS_` and the name of each effect that is on.
