@@ -122,6 +122,11 @@ impl SourceMap {
         !self.file(id).renumbered.is_empty()
     }
 
+    /// File and line (from 1) where a span starts: of a compiled file those that it came from, of others as [`SourceMap::shown`].
+    pub fn place(&self, span: Span) -> (&str, u32) {
+        self.origin(span).unwrap_or_else(|| self.shown(span))
+    }
+
     /// The file and line (from 1) where a span starts, as people should be told: `#line` directives are followed.
     pub fn shown(&self, span: Span) -> (&str, u32) {
         let (file, line) = (self.file(span.file), self.line(span));

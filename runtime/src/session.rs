@@ -263,7 +263,7 @@ impl<'a> Session<'a> {
             done += next;
             taken += pixels * u64::from(next);
             if let Some(adaptive) = adaptive.as_mut().filter(|_| done == end && done < wanted) {
-                adaptive.look(done, &wavefront.resolve(1)?);
+                adaptive.look(done, &wavefront.sums()?);
                 let going_on = adaptive.going_on();
                 wavefront.go_on_with(&going_on)?;
                 pixels = going_on.len() as u64;
@@ -271,10 +271,10 @@ impl<'a> Session<'a> {
         }
         let (data, adaptive) = match adaptive {
             Some(adaptive) => {
-                let (data, outcome) = adaptive.finish(done, wanted, &wavefront.resolve(1)?);
+                let (data, outcome) = adaptive.finish(done, wanted, &wavefront.sums()?);
                 (data, Some(outcome))
             }
-            None => (wavefront.resolve(done)?, None),
+            None => (wavefront.mean(done)?, None),
         };
         let render_time = start.elapsed();
         let counts = wavefront.counts()?;

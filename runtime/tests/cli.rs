@@ -119,6 +119,12 @@ fn wrong_usage_is_code_2() {
     fails(&oslcl(&at, &["shade", "good.osl", "-p", "Kd"]), 2, &["`--param Kd`", "NAME=VALUE"]);
     fails(&oslcl(&at, &["compile", "good.osl", "../good.osl", "-o", "x"]), 2, &["good.osl", "same files"]);
     fails(&oslcl(&at, &["compile", "good.osl", "b.osl", "-p", "Kd=1"]), 2, &["--param", "one file"]);
+    let emit = oslcl(&at, &["compile", "good.osl", "-o", "x.oslpak", "--emit", "spirv"]);
+    fails(&emit, 2, &["--emit does not go with a package: `x.oslpak` holds OpenCL C and SPIR-V"]);
+    for given in ["x.oslpak", "x.oslpak:good", "NAME=x.oslpak"] {
+        let again = oslcl(&at, &["compile", given, "-o", "y.oslpak"]);
+        fails(&again, 2, &["is a package: packages are made of sources", "`oslcl compile x.oslpak` takes it apart"]);
+    }
     assert_eq!(listing(&at), ["good.osl"]);
 }
 
@@ -385,7 +391,13 @@ fn missing_tools_are_named() {
     write(&at, "good.osl", GOOD);
     let run = |args: &[&str]| finish(command(&at, args).env("PATH", "/nowhere").output().expect("oslcl starts"));
     let bitcode = run(&["compile", "good.osl", "--emit", "bitcode"]);
-    fails(&bitcode, 1, &["clang: none", "llvm-link: none", "llvm-spirv: none", "apt-get install"]);
+    fails(
+        &bitcode,
+        1,
+        &["for bitcode three tools", "clang: none", "llvm-link: none", "llvm-spirv: none", "apt-get install"],
+    );
+    // What was not asked for can't be left out.
+    assert!(!bitcode.err.contains("--road"), "{}", bitcode.err);
     assert_eq!(listing(&at), ["good.osl"]);
     // A device that takes SPIR-V itself needs none; one that takes nothing of the kind says so.
     let shade = run(&["shade", "good.osl", "--road", "spirv"]);

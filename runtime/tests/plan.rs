@@ -131,6 +131,15 @@ fn what_is_forced_or_left_out_is_told() {
 }
 
 #[test]
+fn what_is_forced_in_vain_is_noted_once() {
+    let at = folder("in-vain");
+    let (_, err) = plan(&at, &["--force", "trace_sets", "--force", "userdata", "--force", "raytype"]);
+    let note =
+        "note: forcing `userdata`, `traces` and `trace_sets` adds no code: only materials that ask for it bring it\n";
+    assert_eq!(err, note);
+}
+
+#[test]
 fn json_has_all_of_it() {
     let plan = json(&folder("json"), &[]);
     let coat = effect(&plan, "lobe_reflection");

@@ -156,14 +156,14 @@ fn scene_files_are_checked() {
         &["s.toml:15:12", "no material named `n`"],
     );
     at.refuses(&square("shader = \"mate\""), &["s.toml:10:10", "`mate`", "did you mean `matte`?"]);
-    at.refuses(&square("shader = \"gone.osl\""), &["gone.osl: cannot read this shader", "No such file"]);
-    fails(&at.oslcl(&["plan", "s.toml"]), 1, &["gone.osl: cannot read this shader"]);
+    at.refuses(&square("shader = \"gone.osl\""), &["s.toml:", "cannot read the shader `gone.osl`", "No such file"]);
+    fails(&at.oslcl(&["plan", "s.toml"]), 1, &["s.toml:", "cannot read the shader `gone.osl`"]);
 }
 
 #[test]
 fn meshes_are_checked() {
     let at = Folder::new("mesh");
-    at.refuses(&mesh("gone.ply", "matte"), &["gone.ply: cannot read this mesh", "No such file"]);
+    at.refuses(&mesh("gone.ply", "matte"), &["s.toml:", "cannot read the mesh `gone.ply`", "No such file"]);
     at.write("a.ply", ply(&["0 0 0", "nan 0 0", "0 1 0"], &["3 0 1 2"]));
     let said = ["a.ply:11: malformed PLY: `nan` is not a finite number in the line `nan 0 0`"];
     at.refuses(&mesh("a.ply", "matte"), &said);

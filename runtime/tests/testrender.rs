@@ -166,7 +166,7 @@ fn bad_scenes_are_refused_with_their_place() {
         ),
         ("<World>GROUP<Sphere center='0,0,0' radius='1' resolution='99999'/></World>", "a whole number from 2 to 4096"),
         ("<World>GROUP<Quad corner='0,0,0' edge_x='1,0,0'/></World>", "`<Quad>` needs the key `edge_y`"),
-        ("<World>GROUP<Model filename='no.obj'/></World>", "no.obj: cannot read this model"),
+        ("<World>GROUP<Model filename='no.obj'/></World>", "scene.xml:1:50: cannot read the model `no.obj`"),
         ("<World>GROUP<Model/></World>", "`<Model>` needs the key `filename`"),
         (
             "<World>\n<Camera fov='200'/></World>",

@@ -59,7 +59,7 @@ fn files() {
     assert_eq!(said, "no/such/scene.toml: cannot read this scene: No such file or directory (os error 2)");
     check(
         &format!("{CAMERA}[[meshes]]\nname = \"a\"\nfile = \"a.ply\"\n"),
-        "DIR/a.ply: cannot read this mesh: No such file or directory (os error 2)",
+        "DIR/s.toml:6:8: cannot read the mesh `DIR/a.ply`: No such file or directory (os error 2)",
     );
     check(
         &format!("{CAMERA}[[meshes]]\nname = \"a\"\nfile = \"a.stl\"\n"),
@@ -67,7 +67,7 @@ fn files() {
     );
     check(
         &format!("{CAMERA}[materials.m]\nshader = \"m.osl\"\n"),
-        "DIR/m.osl: cannot read this shader: No such file or directory (os error 2)",
+        "DIR/s.toml:5:10: cannot read the shader `DIR/m.osl`: No such file or directory (os error 2)",
     );
 }
 

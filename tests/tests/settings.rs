@@ -174,16 +174,22 @@ fn rounded_to_half(x: f64) -> f64 {
     (x / unit).round() * unit
 }
 
-/// Throughput is what the sky's light is multiplied with: the wall shows it, rounded as it is stored.
-#[test]
-fn half_path_state_rounds_throughput_to_16_bits() {
+/// A wall with this shader under a sky of 1.
+fn wall_under_sky(shader: &str) -> Scene {
     let mut scene = empty();
-    scene.integrator.samples = 4;
-    let m = material(&mut scene, "surface d() { Ci = color(0.3, 0.1, 0.7) * diffuse(N); }", &[]);
+    let m = material(&mut scene, shader, &[]);
     let w = mesh(&mut scene, wall());
     place(&mut scene, w, m, DAffine3::IDENTITY);
     let sky = material(&mut scene, "surface s() { Ci = background(); }", &[]);
     scene.environment = Some(sky);
+    scene
+}
+
+/// Throughput is what the sky's light is multiplied with: the wall shows it, rounded as it is stored.
+#[test]
+fn half_path_state_rounds_throughput_to_16_bits() {
+    let mut scene = wall_under_sky("surface d() { Ci = color(0.3, 0.1, 0.7) * diffuse(N); }");
+    scene.integrator.samples = 4;
     for (setting, wanted) in [("float", [0.3, 0.1, 0.7]), ("half", [0.3, 0.1, 0.7].map(rounded_to_half))] {
         let (picture, _) = render_with(&scene, &[("path_state", setting)]);
         let found = mean(&picture);
@@ -221,13 +227,8 @@ fn half_path_state_stays_within_its_bound_and_takes_fewer_bytes() {
 /// What is too large for 16 bits becomes the largest there, and is counted.
 #[test]
 fn half_path_state_counts_what_it_clamps() {
-    let mut scene = empty();
+    let mut scene = wall_under_sky("surface d() { Ci = 2e5 * diffuse(N); }");
     scene.integrator.samples = 2;
-    let m = material(&mut scene, "surface d() { Ci = 2e5 * diffuse(N); }", &[]);
-    let w = mesh(&mut scene, wall());
-    place(&mut scene, w, m, DAffine3::IDENTITY);
-    let sky = material(&mut scene, "surface s() { Ci = background(); }", &[]);
-    scene.environment = Some(sky);
     scene.camera.hfov_degrees = 20.0;
     let (picture, summary) = render_with(&scene, &[("path_state", "half")]);
     let middle = picture.pixels[picture.width * picture.height / 2 + picture.width / 2];

@@ -406,7 +406,7 @@ fn tell_places(shader: &mut Shader, sources: &SourceMap) {
         if let Inst::Const(Const::Str(text)) = &mut value.inst
             && text.contains(PLACE)
         {
-            let (file, line) = sources.origin(value.span).unwrap_or_else(|| sources.shown(value.span));
+            let (file, line) = sources.place(value.span);
             *text = text.replace(PLACE, &format!("{file}:{line}"));
         }
     }

@@ -9,7 +9,6 @@ use crate::artifact::uses::{Found, of};
 use crate::artifact::{Control, Use};
 use crate::ir::{Const, Shader};
 use crate::passes::{self, Controls, Target};
-use crate::source::{SourceMap, Span};
 use std::collections::{HashMap, HashSet};
 
 /// Values of the shader times values to try: beyond, none is tried.
@@ -23,7 +22,8 @@ impl Parts<'_> {
         let mut known: HashMap<(String, String, u32), usize> = HashMap::new();
         let controls = if options.explain { self.controls(&found, files, options, outputs) } else { Vec::new() };
         for (i, (what, span)) in found.into_iter().enumerate() {
-            let (file, line) = place(&files.sources, span);
+            let (file, line) = files.sources.place(span);
+            let file = file.to_owned();
             let mine = controls.get(i).cloned().unwrap_or_default();
             // Several calls of a line count as one.
             match known.get(&(what.clone(), file.clone(), line)).and_then(|i| out.get_mut(*i)) {
@@ -82,7 +82,8 @@ impl Parts<'_> {
         }
         let control = |(param, off_at): (usize, Option<String>)| {
             let declared = &linked.params[param];
-            let (file, line) = place(&files.sources, declared.span);
+            let (file, line) = files.sources.place(declared.span);
+            let file = file.to_owned();
             let value = graph.constant(param).as_ref().and_then(written);
             Control { param: declared.name.clone(), value, file, line, off_at }
         };
@@ -93,17 +94,6 @@ impl Parts<'_> {
                 list.into_iter().map(control).collect()
             })
             .collect()
-    }
-}
-
-/// File and line, of compiled files those that they were compiled from.
-fn place(sources: &SourceMap, span: Span) -> (String, u32) {
-    match sources.origin(span) {
-        Some((file, line)) => (file.to_owned(), line),
-        None => {
-            let (file, line) = sources.shown(span);
-            (file.to_owned(), line)
-        }
     }
 }
 

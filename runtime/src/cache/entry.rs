@@ -23,6 +23,8 @@ pub enum Damage {
     Length,
     /// Other bytes than were written.
     Checksum,
+    /// No file at all: a folder stands in its place.
+    Folder,
 }
 
 impl fmt::Display for Damage {
@@ -32,6 +34,7 @@ impl fmt::Display for Damage {
             Damage::Version(found) => write!(out, "it has version {found} of the form, not {VERSION}"),
             Damage::Length => out.write_str("it is longer or shorter than it says"),
             Damage::Checksum => out.write_str("its checksum is wrong"),
+            Damage::Folder => out.write_str("a folder stands in its place"),
         }
     }
 }

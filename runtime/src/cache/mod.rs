@@ -71,8 +71,19 @@ pub struct Stats {
 pub struct Verified {
     /// Entries that are whole.
     pub whole: u64,
-    /// Those that are not; they are gone now.
-    pub damaged: Vec<(PathBuf, Damage)>,
+    /// Those that are not.
+    pub damaged: Vec<Broken>,
+}
+
+/// An entry that is damaged.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Broken {
+    /// Its file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub damage: Damage,
+    /// Whether it is gone now. A folder in its place that holds something stays: what is in there is not the cache's.
+    pub removed: bool,
 }
 
 impl Cache {
@@ -97,6 +108,10 @@ impl Cache {
         let bytes = match read(&path) {
             Ok(bytes) => bytes,
             Err(e) if absent(&e) => return None,
+            Err(e) if e.kind() == io::ErrorKind::IsADirectory => {
+                self.complain_of_folder(&path);
+                return None;
+            }
             Err(e) => {
                 self.complain(Kind::Unreadable, || format!("{} cannot be read: {e}", path.display()));
                 return None;
@@ -115,10 +130,10 @@ impl Cache {
 
     /// Whether there is an entry with this key, whole or not.
     pub fn has(&self, key: &Key) -> bool {
-        self.path(key).exists()
+        self.path(key).is_file()
     }
 
-    /// Keeps a binary. After a failure nothing more is written by this process.
+    /// Keeps a binary. After a failure nothing more is written by this process, unless the failure is this entry's alone.
     pub fn put(&self, key: &Key, binary: &[u8]) {
         self.put_with(key, binary, &mut |file, bytes| io::Write::write_all(file, bytes));
     }
@@ -129,11 +144,15 @@ impl Cache {
         if bytes.len() as u64 > self.limit || self.complained(Kind::Unwritable) {
             return;
         }
+        let path = self.path(key);
+        // An empty folder in its place gives way; one that holds something costs this entry and no other.
+        if path.is_dir() && fs::remove_dir(&path).is_err() {
+            self.complain_of_folder(&path);
+            return;
+        }
         let made = fs::create_dir_all(&self.folder).map_err(|e| format!("{}: {e}", self.folder.display()));
-        let done = made.and_then(|()| {
-            let path = self.path(key);
-            files::replace_unsynced(&path, &mut |file| write(file, &bytes)).map_err(|e| e.to_string())
-        });
+        let done = made
+            .and_then(|()| files::replace_unsynced(&path, &mut |file| write(file, &bytes)).map_err(|e| e.to_string()));
         match done {
             Ok(()) => self.bound(bytes.len() as u64),
             Err(e) => self.complain(Kind::Unwritable, || format!("programs are not kept for the next start: {e}")),
@@ -174,7 +193,7 @@ impl Cache {
         Ok(before)
     }
 
-    /// Checks all entries, and removes those that are damaged.
+    /// Checks all entries, and removes those that are damaged: files, and empty folders in their places.
     pub fn verify(&self) -> io::Result<Verified> {
         let mut out = Verified::default();
         for entry in sweep::entries(&self.folder)? {
@@ -188,9 +207,13 @@ impl Cache {
                 Ok(_) => out.whole += 1,
                 Err(damage) => {
                     sweep::remove(&entry.path)?;
-                    out.damaged.push((entry.path, damage));
+                    out.damaged.push(Broken { path: entry.path, damage, removed: true });
                 }
             }
+        }
+        for path in sweep::folders(&self.folder)? {
+            let removed = fs::remove_dir(&path).is_ok();
+            out.damaged.push(Broken { path, damage: Damage::Folder, removed });
         }
         Ok(out)
     }
@@ -203,6 +226,10 @@ impl Cache {
     fn complain(&self, kind: Kind, text: impl FnOnce() -> String) {
         let mut all = self.complaints.lock().unwrap_or_else(PoisonError::into_inner);
         all.entry(kind).or_insert_with(|| format!("program cache: {}", text()));
+    }
+
+    fn complain_of_folder(&self, path: &Path) {
+        self.complain(Kind::Damaged, || format!("{} is built again: {}", path.display(), Damage::Folder));
     }
 
     fn complained(&self, kind: Kind) -> bool {

@@ -26,12 +26,19 @@ pub(super) struct Entry {
 /// All entries; none where there is no folder.
 pub(super) fn entries(folder: &Path) -> io::Result<Vec<Entry>> {
     let mut out = Vec::new();
-    for (path, name, about) in listed(folder)? {
+    for (path, name, about) in listed(folder, fs::Metadata::is_file)? {
         let Some(key) = name.strip_suffix(ENDING).and_then(Key::parse) else { continue };
         let used = about.modified().unwrap_or(SystemTime::UNIX_EPOCH);
         out.push(Entry { path, key, bytes: about.len(), used });
     }
     Ok(out)
+}
+
+/// Folders that are named like entries, which stand in the place of these.
+pub(super) fn folders(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let is_entry = |name: &str| name.strip_suffix(ENDING).and_then(Key::parse).is_some();
+    let all = listed(folder, fs::Metadata::is_dir)?;
+    Ok(all.into_iter().filter(|(_, name, _)| is_entry(name)).map(|(path, ..)| path).collect())
 }
 
 /// Removes the entries that were not used for the longest time until the rest fits; returns the rest's bytes.
@@ -52,7 +59,7 @@ pub(super) fn trim(folder: &Path, limit: u64, now: SystemTime) -> io::Result<u64
 
 /// Removes files that writers left behind, killed before they could rename them.
 pub(super) fn remove_stale(folder: &Path, now: SystemTime) -> io::Result<()> {
-    for (path, name, about) in listed(folder)? {
+    for (path, name, about) in listed(folder, fs::Metadata::is_file)? {
         let old = || about.modified().is_ok_and(|m| now.duration_since(m).is_ok_and(|age| age > STALE));
         if files::is_temporary(&name) && old() {
             remove(&path)?;
@@ -69,8 +76,8 @@ pub(super) fn remove(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Regular files: path, name, what the system knows.
-fn listed(folder: &Path) -> io::Result<Vec<(PathBuf, String, fs::Metadata)>> {
+/// What is in a folder and of this kind: path, name, what the system knows.
+fn listed(folder: &Path, kind: fn(&fs::Metadata) -> bool) -> io::Result<Vec<(PathBuf, String, fs::Metadata)>> {
     let list = match fs::read_dir(folder) {
         Ok(list) => list,
         Err(e) if absent(&e) => return Ok(Vec::new()),
@@ -81,7 +88,7 @@ fn listed(folder: &Path) -> io::Result<Vec<(PathBuf, String, fs::Metadata)>> {
         let file = file?;
         // One that another process removed meanwhile is none.
         let Ok(about) = file.metadata() else { continue };
-        if let (true, Ok(name)) = (about.is_file(), file.file_name().into_string()) {
+        if let (true, Ok(name)) = (kind(&about), file.file_name().into_string()) {
             out.push((file.path(), name, about));
         }
     }

@@ -94,10 +94,38 @@ fn verify_removes_what_is_damaged_and_leaves_what_is_foreign() {
     fs::write(folder.0.join("notes.txt"), b"mine").expect("it can be written");
     let found = cache.verify().expect("a folder");
     assert_eq!((found.whole, found.damaged.len()), (1, 1));
-    assert_eq!(found.damaged[0].1, Damage::Foreign);
+    assert_eq!((found.damaged[0].damage, found.damaged[0].removed), (Damage::Foreign, true));
     assert_eq!(cache.verify().expect("a folder").damaged.len(), 0);
     cache.clear().expect("it is ours");
     assert_eq!(folder.names(), ["notes.txt"]);
+}
+
+#[test]
+fn a_folder_in_the_place_of_an_entry_costs_that_entry_alone() {
+    let folder = Folder::new("folder-entry");
+    let cache = folder.cache();
+    let (full, empty) = (cache.path(&key("full")), cache.path(&key("empty")));
+    fs::create_dir_all(full.join("mine")).expect("a folder");
+    fs::create_dir_all(&empty).expect("a folder");
+    for name in ["full", "empty", "other"] {
+        assert!(!cache.has(&key(name)));
+        assert_eq!(cache.get(&key(name)), None);
+        cache.put(&key(name), b"binary");
+    }
+    let kept = ["full", "empty", "other"].map(|name| folder.cache().get(&key(name)).is_some());
+    assert_eq!(kept, [false, true, true]);
+    assert_eq!(cache.complaints().len(), 1, "{:?}", cache.complaints());
+    assert!(cache.complaints()[0].ends_with("a folder stands in its place"), "{:?}", cache.complaints());
+    // What is in a folder is not ours.
+    fs::create_dir(cache.path(&key("late"))).expect("a folder");
+    let mut found = cache.verify().expect("a folder");
+    found.damaged.sort_by_key(|b| b.removed);
+    let broken = |path: PathBuf, removed| Broken { path, damage: Damage::Folder, removed };
+    assert_eq!(
+        (found.whole, found.damaged),
+        (2, vec![broken(full.clone(), false), broken(cache.path(&key("late")), true)])
+    );
+    assert!(full.join("mine").exists());
 }
 
 #[test]

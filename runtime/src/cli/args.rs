@@ -224,6 +224,16 @@ pub enum RoadArg {
     Spirv,
 }
 
+impl CompileArgs {
+    /// Whether a form is among what is written.
+    pub fn emits(&self, form: EmitArg) -> bool {
+        match self.emit.as_slice() {
+            [] => matches!(form, EmitArg::Opencl | EmitArg::Json),
+            forms => forms.contains(&form),
+        }
+    }
+}
+
 /// What `oslcl compile` writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EmitArg {
@@ -337,8 +347,8 @@ pub struct CompileArgs {
     /// that are no strings; may be repeated.
     #[arg(long, value_name = "[SHADER:]NAME")]
     pub interactive: Vec<String>,
-    /// What to write; several with commas, or repeated.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["opencl", "json"])]
+    /// What to write, unless it is a package; several with commas, or repeated [default: opencl,json].
+    #[arg(long, value_enum, value_delimiter = ',')]
     pub emit: Vec<EmitArg>,
     /// The arithmetic of SPIR-V, bitcode and binaries.
     #[arg(long, value_enum, default_value = "standard")]

@@ -3,7 +3,7 @@
 use super::args::{BuildProgramsArgs, CacheArgs, CacheCommand, CacheDirArgs};
 use super::{Error, terminal};
 use oslcl_runtime::builders::{self, Recipe};
-use oslcl_runtime::cache::{Cache, default_root};
+use oslcl_runtime::cache::{Broken, Cache, default_root};
 use oslcl_runtime::device::Device;
 use std::ffi::OsString;
 use std::fmt::Write;
@@ -75,8 +75,9 @@ fn stats(cache: &Cache) -> Result<(), Error> {
 
 fn verify(cache: &Cache) -> Result<(), Error> {
     let found = cache.verify().map_err(|e| failed(cache, e))?;
-    for (path, damage) in &found.damaged {
-        terminal::say(&format!("{}: {damage}; removed\n", path.display()));
+    for Broken { path, damage, removed } in &found.damaged {
+        let done = if *removed { "removed" } else { "it is not empty, and stays" };
+        terminal::say(&format!("{}: {damage}; {done}\n", path.display()));
     }
     terminal::print(&format!("{} programs are whole, {} were damaged\n", found.whole, found.damaged.len()))?;
     if found.damaged.is_empty() { Ok(()) } else { Err(Error::Reported) }

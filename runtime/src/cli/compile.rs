@@ -50,7 +50,7 @@ pub fn run(args: &CompileArgs) -> Result<(), Error> {
             )));
         }
     }
-    let needs_device = args.emit.contains(&EmitArg::Binary);
+    let needs_device = args.emits(EmitArg::Binary);
     let device = needs_device.then(|| Device::open(args.device.as_deref())).transpose()?;
     let work = |index: usize, said: &mut String| compile(&args.files[index], args, device.as_ref(), said);
     each(args.files.len(), work, &mut |_, line| terminal::print(&line))
@@ -134,7 +134,7 @@ fn check_named(args: &CompileArgs) -> Result<(), Error> {
             output.display()
         )));
     }
-    if !args.emit.contains(&form) {
+    if !args.emits(form) {
         let name = form.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
         return Err(Error::Usage(format!("`{}` is not among what is written: add --emit {name}", output.display())));
     }
@@ -168,7 +168,7 @@ fn compile(path: &Path, args: &CompileArgs, device: Option<&Device>, said: &mut 
     said.push_str(&report::rendered(master.sources(), master.warnings()));
     let library = Arc::new(textures::Library::default());
     let bindings = params::bindings(&args.param, master.info())?;
-    let spirv = args.emit.iter().any(|e| matches!(e, EmitArg::Spirv | EmitArg::Bitcode));
+    let spirv = args.emits(EmitArg::Spirv) || args.emits(EmitArg::Bitcode);
     let options = Options { bindings, textures: Some(library.access()), spirv, ..options };
     let output = master.instance(&options).map_err(|f| failed(&f, &folders, said))?;
     // Those of the front half come first and were said.
@@ -179,7 +179,7 @@ fn compile(path: &Path, args: &CompileArgs, device: Option<&Device>, said: &mut 
         std::fs::create_dir_all(folder).map_err(|e| files::Error { path: folder.to_owned(), cause: e.into() })?;
     }
     let mut outputs = Vec::new();
-    for kind in emit::KINDS.into_iter().filter(|k| args.emit.contains(k)) {
+    for kind in emit::KINDS.into_iter().filter(|k| args.emits(*k)) {
         let job =
             emit::Job { from: emit::From::Source(&master, &options), artifact: &output.artifact, precision, device };
         let files = job.write(kind).map_err(|e| match e {

@@ -76,7 +76,8 @@ impl Job<'_> {
             EmitArg::Bitcode => {
                 let (words, bridge) = self.spirv()?;
                 let options = self.precision.build_options();
-                let linked = tools::find("").and_then(|t| t.link(&self.artifact.name, &bridge, options, &[words]));
+                let linked = tools::find("", tools::Purpose::File)
+                    .and_then(|t| t.link(&self.artifact.name, &bridge, options, &[words]));
                 vec![(".bc", linked.map_err(|e| Error::Other(roads::Error::from(e).into()))?)]
             }
             EmitArg::Binary => {

@@ -135,6 +135,24 @@ impl Wishes<'_> {
 
 /// Compiles all files into one package. When one has errors, there is none.
 pub(super) fn pack(args: &CompileArgs, to: &Path) -> Result<(), Error> {
+    if !args.emit.is_empty() {
+        return Err(Error::Usage(format!(
+            "--emit does not go with a package: `{}` holds OpenCL C and SPIR-V\n  help: `oslcl compile {} --emit ...` writes forms \
+             of what is in it",
+            to.display(),
+            to.display()
+        )));
+    }
+    for path in &args.files {
+        let (_, path) = called(path);
+        if let Some((file, _)) = named(path) {
+            return Err(Error::Usage(format!(
+                "`{}` is a package: packages are made of sources, not of other packages\n  help: `oslcl compile {}` takes it apart",
+                path.display(),
+                file.display()
+            )));
+        }
+    }
     let name_end = |text: &str| text.find('=').unwrap_or(text.len());
     let wishes = Wishes {
         values: args.param.iter().map(|text| Told::of(text, name_end)).collect(),
@@ -249,7 +267,7 @@ pub(super) fn unpack(args: &CompileArgs, file: &Path, name: Option<&str>) -> Res
     let mut outputs = Vec::new();
     for name in &names {
         let shader = package.shader(Some(name))?;
-        for kind in emit::KINDS.into_iter().filter(|k| args.emit.contains(k)) {
+        for kind in emit::KINDS.into_iter().filter(|k| args.emits(*k)) {
             if matches!(kind, EmitArg::Spirv | EmitArg::Bitcode)
                 && let Some(cause) = &shader.main.no_spirv
             {

@@ -13,7 +13,7 @@ mod stages;
 pub use asker::{Asker, Decider, Part, ShaderPlace};
 pub use effects::{Decision, Effect};
 pub use layout::{BufferId, Constant, Counter, Layout, Setting};
-pub use overrides::{EffectSet, Overrides, UnknownEffect};
+pub use overrides::{EffectSet, OverrideError, Overrides};
 pub use stages::{ProgramPlan, Stage};
 
 use crate::accel::{Emission, MaterialUse};
@@ -126,9 +126,21 @@ impl Plan {
         self.programs.iter().any(|p| preamble::chooses_lobes(&p.code))
     }
 
-    /// What will be wrong because of what the user has off.
+    /// What will be wrong because of what the user has off, and what is on in vain.
     pub fn warnings(&self) -> impl Iterator<Item = String> + '_ {
-        self.decisions.iter().filter_map(Decision::warning)
+        self.decisions.iter().filter_map(Decision::warning).chain(self.in_vain())
+    }
+
+    /// A note about effects that are forced and yet add no code (at most buffers that nothing reads).
+    fn in_vain(&self) -> Option<String> {
+        let vain = self.decisions.iter().filter(|d| d.is_on() && !d.is_asked() && d.effect.is_of_materials());
+        let names: Vec<String> = vain.map(|d| format!("`{}`", d.effect.name())).collect();
+        let names = match names.as_slice() {
+            [] => return None,
+            [one] => one.clone(),
+            [most @ .., last] => format!("{} and {last}", most.join(", ")),
+        };
+        Some(format!("note: forcing {names} adds no code: only materials that ask for it bring it\n"))
     }
 
     /// The macros that every program has: `HAS_` and the name of each effect that is on.

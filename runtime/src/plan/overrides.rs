@@ -37,14 +37,31 @@ impl FromIterator<Effect> for EffectSet {
     }
 }
 
-/// No effect has the name.
+/// What the user can't decide about effects.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no effect `{name}`{}\n  help: effects are {}", .suggestion.as_ref().map_or(String::new(), |s| format!(": did you mean `{s}`?")), Effect::choosable().map(|e| e.name()).collect::<Vec<_>>().join(", "))]
-pub struct UnknownEffect {
-    /// What was written.
-    pub name: String,
-    /// The name nearest to it.
-    pub suggestion: Option<String>,
+pub enum OverrideError {
+    /// No effect has the name.
+    #[error("there is no effect `{name}`{}\n  help: effects are {}", .suggestion.as_ref().map_or(String::new(), |s| format!(": did you mean `{s}`?")), Effect::choosable().map(|e| e.name()).collect::<Vec<_>>().join(", "))]
+    Unknown {
+        /// What was written.
+        name: String,
+        /// The name nearest to it.
+        suggestion: Option<String>,
+    },
+    /// It is how another renderer does things.
+    #[error("`{name}` can be neither forced nor left out: it is how testrender does things, which its scenes (.xml) alone ask for", name = .0.name())]
+    Convention(Effect),
+    /// It is to be on and off.
+    #[error("`--force {name}` and `--without {name}`: an effect is on or off, not both", name = .0.name())]
+    Both(Effect),
+    /// It is to be on without what it can't do without.
+    #[error("`--force {on}` and `--without {off}`: `{on}` needs `{off}`", on = .effect.name(), off = .need.name())]
+    Needs {
+        /// The effect that is forced.
+        effect: Effect,
+        /// What is left out.
+        need: Effect,
+    },
 }
 
 /// What the user decides against the plan.
@@ -98,17 +115,29 @@ impl Overrides {
         }
     }
 
-    /// As [`Overrides::new`], by name.
-    pub fn by_name(force: &[String], without: &[String]) -> Result<Overrides, UnknownEffect> {
-        let find = |name: &String| {
-            Effect::choosable().find(|e| e.name() == name).ok_or_else(|| UnknownEffect {
+    /// As [`Overrides::new`], by name; nothing may be both on and off.
+    pub fn by_name(force: &[String], without: &[String]) -> Result<Overrides, OverrideError> {
+        let find = |name: &String| match Effect::ALL.iter().find(|e| e.name() == name) {
+            Some(effect) if effect.is_convention() => Err(OverrideError::Convention(*effect)),
+            Some(effect) => Ok(*effect),
+            None => Err(OverrideError::Unknown {
                 name: name.clone(),
                 suggestion: oslcl_compiler::suggest::closest(name, Effect::choosable().map(|e| e.name()))
                     .map(str::to_owned),
-            })
+            }),
         };
         let all = |names: &[String]| names.iter().map(find).collect::<Result<Vec<_>, _>>();
-        Ok(Overrides::new(all(force)?, all(without)?))
+        let (force, without) = (all(force)?, all(without)?);
+        for effect in &force {
+            if without.contains(effect) {
+                return Err(OverrideError::Both(*effect));
+            }
+            let needs = Overrides::new([*effect], []);
+            if let Some(need) = without.iter().find(|e| needs.forces(**e)) {
+                return Err(OverrideError::Needs { effect: *effect, need: *need });
+            }
+        }
+        Ok(Overrides::new(force, without))
     }
 
     /// Whether the user wants an effect on.
@@ -220,5 +249,30 @@ mod tests {
         let error = Overrides::by_name(&["thin_lense".to_owned()], &[]).expect_err("no such effect").to_string();
         assert!(error.starts_with("there is no effect `thin_lense`: did you mean `thin_lens`?\n"), "{error}");
         assert!(error.contains("surfaces, thin_lens, tent_filter"), "{error}");
+    }
+
+    #[test]
+    fn every_effect_can_be_chosen_or_says_why_not() {
+        for effect in Effect::ALL {
+            let name = [effect.name().to_owned()];
+            for result in [Overrides::by_name(&name, &[]), Overrides::by_name(&[], &name)] {
+                match result {
+                    Ok(_) => assert!(!effect.is_convention()),
+                    Err(e) => assert!(e.to_string().contains("which its scenes (.xml) alone ask for"), "{e}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_both_on_and_off() {
+        let by_name = |force: &str, without: &str| Overrides::by_name(&[force.to_owned()], &[without.to_owned()]);
+        let refused = |force, without| by_name(force, without).expect_err("a contradiction").to_string();
+        let both = "`--force uvs` and `--without uvs`: an effect is on or off, not both";
+        assert_eq!(refused("uvs", "uvs"), both);
+        let need =
+            "`--force environment_sampling` and `--without environment`: `environment_sampling` needs `environment`";
+        assert_eq!(refused("environment_sampling", "environment"), need);
+        assert!(by_name("environment", "environment_sampling").is_ok());
     }
 }

@@ -73,7 +73,7 @@ pub fn check(device: &Device, road: Road) -> Result<(), Error> {
     if !device.takes_spir() {
         return Err(Error::NoRoad { device: device.info.name.clone() });
     }
-    tools::find(&device.platform_version())?;
+    tools::find(&device.platform_version(), tools::Purpose::Device)?;
     Ok(())
 }
 
@@ -86,7 +86,7 @@ pub fn describe(device: &Device, modules: &[&[u32]]) -> Result<String, Error> {
         return Ok("spirv".to_owned());
     }
     check(device, Road::Spirv)?;
-    Ok(format!("spir by {:?}", tools::find(&device.platform_version())?))
+    Ok(format!("spir by {:?}", tools::find(&device.platform_version(), tools::Purpose::Device)?))
 }
 
 /// Builds a program from its text and the modules that it calls.
@@ -99,7 +99,8 @@ pub fn build(device: &Device, label: &str, source: &str, options: &str, modules:
     }
     check(device, Road::Spirv)?;
     let options = with_device(device, options);
-    let bitcode = tools::find(&device.platform_version())?.link(label, source, &options, modules)?;
+    let bitcode =
+        tools::find(&device.platform_version(), tools::Purpose::Device)?.link(label, source, &options, modules)?;
     Ok(Program::load(device, label, &bitcode, tools::LOAD_OPTIONS)?)
 }
 

@@ -23,10 +23,12 @@ const MAX_TOLD: usize = 4_000;
 pub enum Error {
     /// No version of LLVM has all three.
     #[error(
-        "for SPIR-V on this device three tools of one LLVM version are needed, and {missing}\n  help: `apt-get install \
-         clang-15 llvm-15 llvm-spirv-15` (or another version), or leave out `--road spirv`"
+        "for {} three tools of one LLVM version are needed, and {missing}\n  help: `apt-get install clang-15 llvm-15 \
+         llvm-spirv-15` (or another version){}", .purpose.name(), .purpose.way_round()
     )]
     Missing {
+        /// What they are needed for.
+        purpose: Purpose,
         /// What was found and what not.
         missing: String,
     },
@@ -52,6 +54,32 @@ pub enum Error {
     },
 }
 
+/// What bitcode is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// A device that is to take SPIR-V modules.
+    Device,
+    /// A file.
+    File,
+}
+
+impl Purpose {
+    fn name(self) -> &'static str {
+        match self {
+            Purpose::Device => "SPIR-V on this device",
+            Purpose::File => "bitcode",
+        }
+    }
+
+    /// How to do without the tools.
+    fn way_round(self) -> &'static str {
+        match self {
+            Purpose::Device => ", or leave out `--road spirv`",
+            Purpose::File => ", or leave out `--emit bitcode`",
+        }
+    }
+}
+
 /// The tools of one version.
 #[derive(Clone, Debug)]
 pub struct Tools {
@@ -64,10 +92,10 @@ pub struct Tools {
 const NAMES: [&str; 3] = ["clang", "llvm-link", "llvm-spirv"];
 
 /// Finds the tools on the path: those of the LLVM that the driver says it is built on, else the newest.
-pub fn find(driver: &str) -> Result<&'static Tools, Error> {
+pub fn find(driver: &str, purpose: Purpose) -> Result<&'static Tools, Error> {
     static FOUND: OnceLock<Result<Tools, String>> = OnceLock::new();
     let found = FOUND.get_or_init(|| search(driver, &env::var_os("PATH").unwrap_or_default()));
-    found.as_ref().map_err(|missing| Error::Missing { missing: missing.clone() })
+    found.as_ref().map_err(|missing| Error::Missing { purpose, missing: missing.clone() })
 }
 
 fn search(driver: &str, path: &std::ffi::OsStr) -> Result<Tools, String> {
@@ -171,7 +199,11 @@ mod tests {
     #[test]
     fn missing_tools_are_named() {
         let message = search("OpenCL 3.0 PoCL", "/nowhere".as_ref()).expect_err("nothing is there");
-        let error = Error::Missing { missing: message }.to_string();
+        let told = |purpose| Error::Missing { purpose, missing: message.clone() }.to_string();
+        let error = told(Purpose::File);
+        assert!(error.contains("`--emit bitcode`") && !error.contains("--road"), "{error}");
+        let error = told(Purpose::Device);
+        assert!(error.contains("leave out `--road spirv`"), "{error}");
         for name in NAMES {
             assert!(error.contains(&format!("{name}: none")), "{error}");
         }

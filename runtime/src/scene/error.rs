@@ -53,10 +53,22 @@ impl fmt::Display for MeshFile {
 /// Why a scene can't be had. `help` is empty or starts on a new line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
+    /// A file that the scene names can't be read.
+    #[error("{at}: cannot read the {what} `{}`: {cause}", path.display())]
+    UnreadablePart {
+        /// Where it is named.
+        at: Location,
+        /// What it should be: `mesh`, `model`, `shader`.
+        what: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: String,
+    },
     /// A file can't be read.
     #[error("{}: cannot read this {what}: {cause}", path.display())]
     Unreadable {
-        /// What it should be: `scene`, `mesh`, `shader`, `material library`.
+        /// What it should be: `scene`, `material library`.
         what: &'static str,
         /// The file.
         path: PathBuf,

@@ -256,7 +256,8 @@ impl Builder {
         if extension != "ply" && extension != "obj" {
             return Err(Error::UnknownFormat { at: file.at(), path });
         }
-        let bytes = std::fs::read(&path).map_err(|cause| Error::Unreadable {
+        let bytes = std::fs::read(&path).map_err(|cause| Error::UnreadablePart {
+            at: file.at(),
             what: "mesh",
             path: path.clone(),
             cause: cause.to_string(),

@@ -85,13 +85,13 @@ fn by_name(shader: &Value<'_>, wanted: &str, name: &str) -> Result<Material, Err
         return Ok(material);
     }
     if shader_file::is_shader(Path::new(wanted)) {
-        return of_file(folder.join(wanted), name);
+        return of_file(folder.join(wanted), name, shader);
     }
     if shipped::shipped(wanted).is_some() {
         return Ok(Material::of_shipped(name, wanted));
     }
     match shader_file::find(wanted, &[folder]) {
-        Some(path) => of_file(path, name),
+        Some(path) => of_file(path, name, shader),
         None => {
             let help = suggest(wanted, shipped::names());
             Err(Error::UnknownName { at: shader.at(), what: "shipped shader", name: wanted.to_string(), help })
@@ -99,9 +99,10 @@ fn by_name(shader: &Value<'_>, wanted: &str, name: &str) -> Result<Material, Err
     }
 }
 
-/// The shader in a file, OSL or `.oso`.
-fn of_file(path: PathBuf, name: &str) -> Result<Material, Error> {
-    let source = std::fs::read_to_string(&path).map_err(|cause| Error::Unreadable {
+/// The shader in a file, OSL or `.oso`, which `shader` names.
+fn of_file(path: PathBuf, name: &str, shader: &Value<'_>) -> Result<Material, Error> {
+    let source = std::fs::read_to_string(&path).map_err(|cause| Error::UnreadablePart {
+        at: shader.at(),
         what: "shader",
         path: path.clone(),
         cause: cause.to_string(),

@@ -85,9 +85,14 @@ pub fn run(args: &StartupArgs) -> Result<(), Error> {
             "| start | total | beyond | context | scene | materials | programs | geometry | built | loaded | equal |\n\
              |---|---|---|---|---|---|---|---|---|---|---|\n",
         );
-        let mut about = String::new();
+        let (mut about, mut left_out) = (String::new(), String::new());
+        let read = render::load(scene)?;
         for (i, (name, start, caches)) in ROWS.iter().enumerate() {
             terminal::progress(&format!("{}: {name}", scene.display()));
+            if let Err(why) = prepare(&mut read.clone(), *start) {
+                let _ = writeln!(left_out, "\nNo row *{name}*: {why}.");
+                continue;
+            }
             let mut best: Option<Start> = None;
             // A cold start, or one after an edit, can be had once.
             let tries = if *start == StartArg::Plain && *caches != Caches::Empty { args.repeat } else { 1 };
@@ -119,7 +124,7 @@ pub fn run(args: &StartupArgs) -> Result<(), Error> {
         }
         terminal::progress("");
         let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
-        let text = format!("\n### {}\n\n{about}{cores} host threads.\n\n{table}", scene.display());
+        let text = format!("\n### {}\n\n{about}{cores} host threads.\n\n{table}{left_out}", scene.display());
         terminal::print(&format!("\n{device}\n{text}"))?;
         section.push_str(&text);
         std::fs::remove_dir_all(folder.0.join("caches")).map_err(|cause| failed(&folder.0, cause))?;
@@ -134,11 +139,7 @@ pub fn run(args: &StartupArgs) -> Result<(), Error> {
 fn one(args: &StartupArgs, path: &Path, start: StartArg) -> Result<(), Error> {
     let timer = Instant::now();
     let mut scene = render::load(path)?;
-    match start {
-        StartArg::Plain => {}
-        StartArg::Parameter => change_parameter(&mut scene),
-        StartArg::Edited => edit(&mut scene),
-    }
+    prepare(&mut scene, start).map_err(|why| Error::Usage(format!("{}: {why}", path.display())))?;
     scene.integrator.samples = 1;
     let load = timer.elapsed();
     let timer = Instant::now();
@@ -169,8 +170,19 @@ fn one(args: &StartupArgs, path: &Path, start: StartArg) -> Result<(), Error> {
     terminal::print(&format!("{text}\n"))
 }
 
-/// Changes the first number that the scene gives to a material.
-fn change_parameter(scene: &mut Scene) {
+/// Changes a scene as a start wants it; what it lacks for that.
+fn prepare(scene: &mut Scene, start: StartArg) -> Result<(), &'static str> {
+    match start {
+        StartArg::Plain => Ok(()),
+        StartArg::Parameter if change_parameter(scene) => Ok(()),
+        StartArg::Parameter => Err("the scene sets no parameter of a material to a float, which could be changed"),
+        StartArg::Edited if edit(scene) => Ok(()),
+        StartArg::Edited => Err("the scene has no material with a source of its own, which could be edited"),
+    }
+}
+
+/// Changes the first number that the scene gives to a material, if any.
+fn change_parameter(scene: &mut Scene) -> bool {
     let params = scene.materials.iter_mut().flat_map(|m| &mut m.params);
     for (_, value) in params {
         match value {
@@ -178,18 +190,21 @@ fn change_parameter(scene: &mut Scene) {
             ParamValue::Floats(all) if !all.is_empty() => all[0] = 0.875 * all[0] + 0.001,
             _ => continue,
         }
-        return;
+        return true;
     }
+    false
 }
 
-/// Adds a statement to the first material's shader that changes what it computes.
-fn edit(scene: &mut Scene) {
+/// Adds a statement to the first material's shader that changes what it computes, if there is one.
+fn edit(scene: &mut Scene) -> bool {
     let material = scene.materials.iter_mut().find(|m| !m.group && m.source.contains('}'));
     if let Some(material) = material
         && let Some(end) = material.source.rfind('}')
     {
         material.source.insert_str(end, "Ci = 0.875 * Ci;\n");
+        return true;
     }
+    false
 }
 
 fn spawn(
@@ -245,5 +260,31 @@ impl Drop for Scratch {
     fn drop(&mut self) {
         // What can't be removed stays: temporary folders are swept.
         let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_scene_lacks_for_a_row_is_said() {
+        let scene = |params: &str| {
+            let text = format!(
+                "[camera]\norigin = [0, -4, 0]\ntarget = [0, 0, 0]\n[materials.m]\nosl = \"surface m(float k = 1) {{ Ci = \
+                 k * emission(); }}\"\n{params}[[meshes]]\nname = \"q\"\nshape = \"quad\"\nsize = 1\nmaterial = \"m\"\n"
+            );
+            oslcl_runtime::scene::parse(&text, Path::new("s.toml")).expect("a scene")
+        };
+        let with = scene("params = { k = 0.5 }\n");
+        let mut changed = with.clone();
+        assert_eq!(prepare(&mut changed, StartArg::Parameter), Ok(()));
+        assert_ne!(changed.materials[0].params, with.materials[0].params);
+        let why = prepare(&mut scene(""), StartArg::Parameter).expect_err("nothing to change");
+        assert!(why.starts_with("the scene sets no parameter"), "{why}");
+        assert_eq!(prepare(&mut scene(""), StartArg::Edited), Ok(()));
+        let mut empty = scene("");
+        empty.materials[0].source.clear();
+        assert!(prepare(&mut empty, StartArg::Edited).is_err());
     }
 }

@@ -245,10 +245,11 @@ impl Builder<'_> {
     fn model(&mut self, element: &Element<'_, '_>) -> Result<(), Error> {
         self.knows(element, &["filename"]);
         let path = self.folder.join(element.need("filename")?.text);
-        let bytes = std::fs::read(&path).map_err(|cause| Error::Unreadable {
+        let bytes = std::fs::read(&path).map_err(|cause| Error::UnreadablePart {
+            at: element.at(),
             what: "model",
             path: path.clone(),
-            cause: format!("{cause} (<Model> at {})", element.at()),
+            cause: cause.to_string(),
         })?;
         let objects = obj::objects(&bytes, &path)?;
         if objects.is_empty() {

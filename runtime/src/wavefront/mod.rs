@@ -5,17 +5,20 @@
 //! A batch is as many pixels as there are slots for; each slot takes the samples of its pixel one after the other. Queue
 //! lengths stay on the device; the host reads them now and then to see whether a batch is done.
 
-use crate::accel::{AliasTable, Geometry, row_major};
+mod settings;
+
+use crate::accel::{AliasTable, Geometry};
 use crate::device::{Arg, Buffer, Device, DeviceKind, Error, Kernel};
 use crate::plan::{BufferId, Constant, Counter, Effect, Plan, Setting, Stage};
 use crate::points;
 use crate::precision::Precision;
 use crate::programs::Kernels;
-use crate::scene::{Filter, MaterialId, Scene};
+use crate::scene::{MaterialId, Scene};
 use crate::shade::numbers;
 use crate::textures::Packed;
 use crate::traced::Traced;
 use crate::vertex_data::Table;
+use settings::{constants, folded, place, settings};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
@@ -465,12 +468,22 @@ impl<'a> Wavefront<'a> {
         }
     }
 
-    /// The picture, the mean of `samples` samples a pixel (1: their sums): rows from the top, channels interleaved.
-    pub fn resolve(&self, samples: u32) -> Result<Vec<f64>, Error> {
+    /// The sums of each pixel's samples: rows from the top, channels interleaved.
+    pub fn sums(&self) -> Result<Vec<f64>, Error> {
+        self.resolve(1)
+    }
+
+    /// The picture, of which each pixel has had `samples` samples: rows from the top, channels interleaved.
+    pub fn mean(&self, samples: u32) -> Result<Vec<f64>, Error> {
+        self.resolve(samples)
+    }
+
+    /// The sums of each pixel's samples, divided by a number.
+    fn resolve(&self, divisor: u32) -> Result<Vec<f64>, Error> {
         let numbers = self.pixels as usize * self.plan.layout.film_channels() as usize;
         let picture = self.device.buffer("picture", numbers as u64 * self.precision().real_bytes())?;
         if let Some(kernel) = self.kernels.get(Stage::Resolve, None) {
-            self.launch(kernel, samples, Some(&picture), self.pixels)?;
+            self.launch(kernel, divisor, Some(&picture), self.pixels)?;
             self.note(Stage::Resolve, None);
         }
         read_reals(self.device, &picture, numbers, self.precision())
@@ -538,11 +551,6 @@ fn read_reals(device: &Device, buffer: &Buffer, count: usize, precision: Precisi
     }
 }
 
-/// Where a setting stands in the buffer; the table has them all.
-fn place(setting: Setting) -> usize {
-    Setting::ALL.iter().take_while(|(s, _)| *s != setting).count()
-}
-
 /// Weights of the map's cells from their radiance. Each gets a part of its neighbours' as well: where the edge of something
 /// bright runs through a cell that the map's few points call dark, paths would find it too rarely and too brightly.
 fn environment_weights(radiance: &[f64], (width, height): (u32, u32)) -> Vec<f64> {
@@ -555,59 +563,4 @@ fn environment_weights(radiance: &[f64], (width, height): (u32, u32)) -> Vec<f64
             .sum::<f64>()
     };
     (0..own.len()).map(|i| own[i] + 0.1 * around(i % width, i / width)).collect()
-}
-
-/// The seed's halves mixed: kernels take 32 bits.
-fn folded(seed: u64) -> u32 {
-    (seed ^ (seed >> 32).wrapping_mul(0x9e37_79b9)) as u32
-}
-
-fn settings(scene: &Scene, plan: &Plan, geometry: &Geometry, spread: Spread) -> [u32; Setting::ALL.len()] {
-    Setting::ALL.map(|(setting, _)| match setting {
-        Setting::Width => scene.film.width,
-        Setting::Height => scene.film.height,
-        Setting::Seed => folded(scene.integrator.seed),
-        Setting::MaxDepth => scene.integrator.max_depth,
-        Setting::RouletteFrom => scene.integrator.roulette_from.unwrap_or(u32::MAX),
-        Setting::Lights => geometry.lights.len() as u32,
-        Setting::Filter => match scene.filter {
-            Filter::Tent if plan.is_asked(Effect::TentFilter) => 1,
-            Filter::Middle if plan.is_asked(Effect::MiddleFilter) => 2,
-            _ => 0,
-        },
-        Setting::TwoSided => u32::from(plan.is_asked(Effect::TwoSidedEmission)),
-        Setting::Split => u32::from(plan.is_asked(Effect::SplitLobes)),
-        Setting::Paths => spread.paths,
-        Setting::SlotsPerPixel => spread.slots_per_pixel,
-        Setting::Slots | Setting::PixelFirst | Setting::SampleFirst | Setting::SampleEnd => 0,
-    })
-}
-
-fn constants(scene: &Scene, plan: &Plan) -> Vec<f64> {
-    let camera = &scene.camera;
-    let to_world = camera.to_world();
-    let [right, up, forward] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis, to_world.matrix3.z_axis];
-    let tangent = (camera.hfov_degrees.to_radians() / 2.0).tan();
-    let aspect = f64::from(scene.film.height) / f64::from(scene.film.width);
-    let mut out = vec![0.0; Constant::total()];
-    let mut put = |constant: Constant, values: &[f64]| out[constant.offset()..][..values.len()].copy_from_slice(values);
-    put(Constant::CameraPosition, &camera.origin.to_array());
-    put(Constant::CameraForward, &forward.to_array());
-    put(Constant::CameraRight, &(right * tangent).to_array());
-    put(Constant::CameraUp, &(up * tangent * aspect).to_array());
-    put(Constant::LensRight, &right.to_array());
-    put(Constant::LensUp, &up.to_array());
-    put(Constant::LensRadius, &[camera.lens_radius]);
-    put(Constant::FocusDistance, &[camera.focus_distance]);
-    put(Constant::Environment, &plan.constant_environment);
-    let share = match plan.is_asked(Effect::EnvironmentSampling) {
-        true if plan.is_asked(Effect::Lights) => 0.5,
-        true => 1.0,
-        false => 0.0,
-    };
-    put(Constant::EnvironmentShare, &[share]);
-    if plan.has(Effect::CameraSpace) {
-        put(Constant::CameraSpace, &[to_world, to_world.inverse()].map(|map| row_major(&map)).concat());
-    }
-    out
 }
