@@ -16,8 +16,8 @@ render: device ## Build, then render the gallery of shipped materials to out/gal
 test: lint device spirv-tools ## Format, lints, documentation and every test
 	$(CARGO) test --release --workspace --no-fail-fast
 
-hard-cases: device ## Run all hard cases on every OpenCL device found, write what they measure to docs/reports/stability.md; and force each effect
-	OSLCL_SLOW_TESTS=1 OSLCL_REPORT=docs/reports/stability.md $(CARGO) test --release --package oslcl-tests --no-fail-fast --test 'hard_cases_*' --test effects
+hard-cases: device ## Run all hard cases on every OpenCL device found, write what they measure to docs/reports/stability.md; lobes in all arithmetics; and force each effect
+	OSLCL_SLOW_TESTS=1 OSLCL_REPORT=docs/reports/stability.md $(CARGO) test --release --package oslcl-tests --no-fail-fast --test 'hard_cases_*' --test bsdf --test effects
 
 osl-suite: device ## Run the reference implementation's suite (a checkout that OSL_SUITE_DIR names) and write its report
 	python3 tests/osl-suite/run.py --oslcl $(OSLCL) --quiet --report docs/reports/osl-suite.md

@@ -279,14 +279,19 @@ fn lobes_in_f32() {
     examine_all(Precision::Standard, &cases::all(), samples);
 }
 
+/// The fast part looks at every third case in the arithmetics that are not the default.
+fn part(cases: Vec<Case>) -> Vec<Case> {
+    cases.into_iter().step_by(if is_full() { 1 } else { 3 }).collect()
+}
+
 #[test]
 fn lobes_in_relaxed_f32() {
-    examine_all(Precision::Fast, &cases::some(), SAMPLES / 2);
+    examine_all(Precision::Fast, &part(cases::some()), SAMPLES / 2);
 }
 
 #[test]
 fn lobes_in_f64() {
-    examine_all(Precision::Reference, &cases::some(), SAMPLES / 2);
+    examine_all(Precision::Reference, &part(cases::some()), SAMPLES / 2);
 }
 
 #[test]

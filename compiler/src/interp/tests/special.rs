@@ -2,7 +2,7 @@
 //!
 //! Each line is compared but where a decision of ours, listed in [`decided`] or beside the case, differs.
 
-use super::super::{call, call_with_outputs, math::FLT_MAX, ops};
+use super::super::{call, call_with_outputs, ops};
 use crate::ir::{BinaryOp, Const, Inst, Ty, UnaryOp, ValueId};
 use std::f64::consts::PI;
 
