@@ -2,6 +2,7 @@
 //!
 //! In: the names that a shader asks for. Out: constants. It must not know the syntax tree or any target.
 
+use crate::interp::ops::truncated;
 use crate::ir::Const;
 
 /// A value of an attribute.
@@ -120,7 +121,7 @@ fn convert(from: &str, items: Vec<Const>, to: &str) -> Option<Vec<Const>> {
     let triple = |ty: &str| matches!(ty, "color" | "point" | "vector" | "normal");
     Some(match (from, items.as_slice(), to) {
         ("int", [Const::Int(v)], "float") => vec![Const::Float(f64::from(*v))],
-        ("float", [Const::Float(v)], "int") => vec![Const::Int(*v as i32)],
+        ("float", [Const::Float(v)], "int") => vec![Const::Int(truncated(*v))],
         ("int", [Const::Int(v)], to) if triple(to) => vec![Const::Triple([f64::from(*v); 3])],
         ("float", [Const::Float(v)], to) if triple(to) => vec![Const::Triple([*v; 3])],
         ("float", [Const::Float(v)], "float[2]") => vec![Const::Float(*v), Const::Float(*v)],
