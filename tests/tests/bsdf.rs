@@ -310,6 +310,23 @@ fn smooth_reflection_and_refraction_share_the_light() {
 }
 
 #[test]
+fn a_film_on_glass_is_one_on_a_metal_that_hardly_absorbs() {
+    let lab = Lab::new(Precision::Standard).expect("the kernels build");
+    for degrees in [0.0, 30.0, 60.0, 80.0, 89.0] {
+        for eta in [1.2, 1.5, 3.0] {
+            // The one sums the film's orders over real amplitudes, the other over complex ones.
+            let mean = |closure| {
+                let metal = Case { ior: [eta; 3], extinction: [1e-7; 3], eta, ..cases::case(closure, degrees) };
+                let smooth = Case { dist: 4, refract: 0, a: 0.0, b: 0.0, n: [0.0, 0.0, 1.0], ..metal };
+                mean_value(&lab.sample(&smooth, 32, 1).expect("the lobe is sampled"))
+            };
+            let (glass, metal) = (mean(15), mean(10));
+            assert!(glass > 1e-3 && (glass - metal).abs() < 2e-5, "eta {eta} at {degrees}: {glass}, {metal}");
+        }
+    }
+}
+
+#[test]
 fn the_mean_over_picks_is_the_sum_of_all() {
     let lab = Lab::new(Precision::Standard).expect("the kernels build");
     let case = Case { a: 0.2, b: 0.2, eta: 1.5, n: [0.0, 0.0, 1.0], ..cases::case(0, 40.0) };
