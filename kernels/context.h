@@ -122,10 +122,19 @@ static inline void path_set_turn(const Context *c, uint slot, uint turn, uint tu
 
 // ---- Queues --------------------------------------------------------------------------------------------------------
 
+// This work-item's place in a queue. Drivers for CPUs hand each core a run of groups, and only the first groups of a launch find
+// something in a short queue: there neighbours take groups of the queue that are a stripe apart.
+static inline uint queue_place(const Context *c)
+{
+    const uint bits = setting(c, SETTING_stripe_bits), group = get_group_id(0);
+    const uint stripe = group & ((1u << bits) - 1);
+    return (stripe * ((uint)get_num_groups(0) >> bits) + (group >> bits)) * (uint)get_local_size(0) + (uint)get_local_id(0);
+}
+
 // The slot at this work-item's place in a queue; 0 when the queue is shorter.
 static inline int queue_slot(const Context *c, uint queue, uint *slot)
 {
-    uint i = get_global_id(0);
+    const uint i = queue_place(c);
     if (i >= c->counters[queue]) return 0;
     *slot = c->queues[(size_t)queue * setting(c, SETTING_paths) + i];
     return 1;

@@ -35,6 +35,15 @@ static inline uint reverse_bits(uint x)
     return as_uint(as_uchar4(x).wzyx);
 }
 
+static inline uint4 reverse_bits4(uint4 x)
+{
+    x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+    x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+    x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+    x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
+    return (x >> 16) | (x << 16);
+}
+
 // A permutation in which each bit depends on lower ones only: on reversed bits, Owen's scrambling. Laine and Karras,
 // "Stratified Sampling for Stochastic Transparency", EGSR 2011, with Vegdahl's constants.
 static inline uint4 scramble_reversed(uint4 x, uint4 seed)
@@ -49,32 +58,33 @@ static inline uint4 scramble_reversed(uint4 x, uint4 seed)
 #endif
 
 #ifdef SAMPLER_SOBOL
-// Sobol's sequence in four dimensions; dimension 0 is the reversed index. Direction numbers of Joe and Kuo, SIAM J. Sci. Comput.
-// 30, 2008. A row is what four bits of the index add to a point: one table look-up for four bits.
-#define SOBOL_ROW(y0, z0, w0, y1, z1, w1, y2, z2, w2, y3, z3, w3)                                                      \
-    {SOBOL_EIGHT(0u, 0u, 0u, y0, z0, w0, y1, z1, w1, y2, z2, w2), SOBOL_EIGHT(y3, z3, w3, y0, z0, w0, y1, z1, w1, y2, z2, w2)}
-#define SOBOL_EIGHT(y, z, w, y0, z0, w0, y1, z1, w1, y2, z2, w2)                                                       \
-    SOBOL_FOUR(y, z, w, y0, z0, w0, y1, z1, w1), SOBOL_FOUR(y ^ y2, z ^ z2, w ^ w2, y0, z0, w0, y1, z1, w1)
-#define SOBOL_FOUR(y, z, w, y0, z0, w0, y1, z1, w1)                                                                    \
-    SOBOL_TWO(y, z, w, y0, z0, w0), SOBOL_TWO(y ^ y1, z ^ z1, w ^ w1, y0, z0, w0)
-#define SOBOL_TWO(y, z, w, y0, z0, w0) 0u, y, z, w, 0u, y ^ y0, z ^ z0, w ^ w0
-__constant uint SOBOL[8][64] __attribute__((aligned(16))) = {
-    SOBOL_ROW(0x80000000u, 0x80000000u, 0x80000000u, 0xc0000000u, 0xc0000000u, 0xc0000000u,
-              0xa0000000u, 0x60000000u, 0x20000000u, 0xf0000000u, 0x90000000u, 0x50000000u),
-    SOBOL_ROW(0x88000000u, 0xe8000000u, 0xf8000000u, 0xcc000000u, 0x5c000000u, 0x74000000u,
-              0xaa000000u, 0x8e000000u, 0xa2000000u, 0xff000000u, 0xc5000000u, 0x93000000u),
-    SOBOL_ROW(0x80800000u, 0x68800000u, 0xd8800000u, 0xc0c00000u, 0x9cc00000u, 0x25400000u,
-              0xa0a00000u, 0xee600000u, 0x59e00000u, 0xf0f00000u, 0x55900000u, 0xe6d00000u),
-    SOBOL_ROW(0x88880000u, 0x80680000u, 0x78080000u, 0xcccc0000u, 0xc09c0000u, 0xb40c0000u,
-              0xaaaa0000u, 0x60ee0000u, 0x82020000u, 0xffff0000u, 0x90550000u, 0xc3050000u),
-    SOBOL_ROW(0x80008000u, 0xe8808000u, 0x208f8000u, 0xc000c000u, 0x5cc0c000u, 0x51474000u,
-              0xa000a000u, 0x8e606000u, 0xfbea2000u, 0xf000f000u, 0xc5909000u, 0x75d93000u),
-    SOBOL_ROW(0x88008800u, 0x6868e800u, 0xa0858800u, 0xcc00cc00u, 0x9c9c5c00u, 0x914e5400u,
-              0xaa00aa00u, 0xeeee8e00u, 0xdbe79e00u, 0xff00ff00u, 0x5555c500u, 0x25db6d00u),
-    SOBOL_ROW(0x80808080u, 0x8000e880u, 0x58800080u, 0xc0c0c0c0u, 0xc0005cc0u, 0xe54000c0u,
-              0xa0a0a0a0u, 0x60008e60u, 0x79e00020u, 0xf0f0f0f0u, 0x9000c590u, 0xb6d00050u),
-    SOBOL_ROW(0x88888888u, 0xe8006868u, 0x800800f8u, 0xccccccccu, 0x5c009c9cu, 0xc00c0074u,
-              0xaaaaaaaau, 0x8e00eeeeu, 0x200200a2u, 0xffffffffu, 0xc5005555u, 0x50050093u)};
+// The point of Sobol's sequence in four dimensions, by polynomials x, x + 1, x^2 + x + 1 and x^3 + x + 1 and Joe and Kuo's first
+// direction numbers, SIAM J. Sci. Comput. 30, 2008; bits in reverse.
+// The index is a polynomial in E, the step from one direction number to the next. With D for a shift by one bit these numbers
+// follow E + 1 = D, E^2 + E + 1 = D^2 or E^3 + E + 1 = D^3, and over two elements so do their powers by m = 8, 4, 2 and 1, as in
+// E^2m + E^m + 1 = D^2m. Each reduces the index in place, where bit p stands for D^d E^(p - d). The last step puts in the first
+// direction numbers. Tests hold it to the table of direction numbers.
+#define SOBOL_STEP(shift_y, mask_y, shift_z, mask_z, shift_w, mask_w)                                                  \
+    v ^= (v >> (uint4)(0, shift_y, shift_z, shift_w)) & (uint4)(0, mask_y, mask_z, mask_w)
+
+static inline uint4 sobol_reversed(uint index)
+{
+    uint4 v = (uint4)(index);
+    SOBOL_STEP(16, 0x0000ffffu, 8, 0x00ff0000u, 24, 0x000000ffu);
+    SOBOL_STEP(8, 0x00ff00ffu, 16, 0x0000ffffu, 16, 0x0000ff00u);
+    SOBOL_STEP(4, 0x0f0f0f0fu, 8, 0x0000ff00u, 8, 0x0000f000u);
+    SOBOL_STEP(2, 0x33333333u, 4, 0x0f000f00u, 12, 0xff000fffu);
+    SOBOL_STEP(1, 0x55555555u, 8, 0x00ff00ffu, 8, 0xf0000ff0u);
+    SOBOL_STEP(0, 0, 4, 0x00f000f0u, 4, 0xc00c00c0u);
+    SOBOL_STEP(0, 0, 2, 0x30303030u, 6, 0x3f03f03fu);
+    SOBOL_STEP(0, 0, 4, 0x0f0f0f0fu, 4, 0x3c03c03cu);
+    SOBOL_STEP(0, 0, 2, 0x0c0c0c0cu, 2, 0x08208208u);
+    SOBOL_STEP(0, 0, 1, 0x44444444u, 3, 0xc71c71c7u);
+    SOBOL_STEP(0, 0, 2, 0x33333333u, 2, 0x86186186u);
+    SOBOL_STEP(0, 0, 1, 0x22222222u, 1, 0x49249249u);
+    SOBOL_STEP(0, 0, 1, 0x55555555u, 0, 0);
+    return v;
+}
 
 // A block is four dimensions of its own, scrambled and put in its own order by the pixel: Burley, "Practical Hash-based Owen
 // Scrambling", JCGT 9(4), 2020.
@@ -82,15 +92,8 @@ static inline uint4 sample_bits(uint pixel, uint sample, uint block, uint seed)
 {
     const uint4 hash = random_bits(pixel, 0x9e3779b9u, block, seed);
     const uint order = (hash.x ^ (hash.y * 0x2c1b3c6du)) + (hash.z ^ (hash.w * 0x297a2d39u));
-    // The index reversed, which is the first dimension as well.
-    const uint first = scramble_reversed((uint4)(reverse_bits(sample)), (uint4)(order)).x;
-    const uint index = reverse_bits(first);
-    uint4 v = (uint4)(first, 0, 0, 0);
-    for (uint row = 0; row < 8; row++)
-        v ^= ((__constant uint4 *)SOBOL[row])[(index >> (4 * row)) & 15u];
-    v = (uint4)(reverse_bits(v.x), reverse_bits(v.y), reverse_bits(v.z), reverse_bits(v.w));
-    v = scramble_reversed(v, hash);
-    return (uint4)(reverse_bits(v.x), reverse_bits(v.y), reverse_bits(v.z), reverse_bits(v.w));
+    const uint index = reverse_bits(scramble_reversed((uint4)(reverse_bits(sample)), (uint4)(order)).x);
+    return reverse_bits4(scramble_reversed(sobol_reversed(index), hash));
 }
 #else
 // Independent numbers.

@@ -85,6 +85,15 @@ fn random_numbers_are_never_one() {
     });
 }
 
+#[test]
+fn sobol_points_are_sums_of_direction_numbers() {
+    each("random", |run, ledger| {
+        let numbers = Numbers::new(run).unwrap_or_else(|e| panic!("{e}"));
+        let wrong = numbers.wrong_sobol_points(1 << 16).expect("points are made");
+        ledger.at_most("65,536 points of Sobol's sequence: wrong ones", wrong as f64, 0.0);
+    });
+}
+
 /// A wall whose emission is an expression.
 fn glowing(expression: &str) -> Scene {
     let mut scene = empty();

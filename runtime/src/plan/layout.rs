@@ -191,6 +191,7 @@ pub enum Setting {
     Slots,
     Paths,
     SlotsPerPixel,
+    StripeBits,
     PixelFirst,
     SampleFirst,
     SampleEnd,
@@ -201,7 +202,7 @@ pub enum Setting {
 
 impl Setting {
     /// All, in the order of the buffer.
-    pub const ALL: [(Setting, &'static str); 15] = [
+    pub const ALL: [(Setting, &'static str); 16] = [
         (Setting::Width, "width"),
         (Setting::Height, "height"),
         (Setting::Seed, "seed"),
@@ -211,6 +212,7 @@ impl Setting {
         (Setting::Slots, "slots"),
         (Setting::Paths, "paths"),
         (Setting::SlotsPerPixel, "slots_per_pixel"),
+        (Setting::StripeBits, "stripe_bits"),
         (Setting::PixelFirst, "pixel_first"),
         (Setting::SampleFirst, "sample_first"),
         (Setting::SampleEnd, "sample_end"),

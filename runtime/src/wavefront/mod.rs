@@ -35,6 +35,10 @@ const CLEARS: u32 = 0x8000_0000;
 const PATHS_PER_CORE: u32 = 1 << 13;
 const PATHS_GPU: u32 = 1 << 22;
 
+/// Stripes of a launch on a CPU, and groups of a stripe.
+const MOST_STRIPES: u32 = 64;
+const LEAST_STRIPE: u32 = 4;
+
 /// Reals of a slot's film: sums of four channels, and what each has lost (kernels/stages/accumulate.h).
 const FILM_REALS: u64 = 8;
 
@@ -75,6 +79,9 @@ pub struct Spread {
     pub paths: u32,
     /// Slots that share a pixel.
     pub slots_per_pixel: u32,
+    /// Binary logarithm of how many stripes a queue is read in, so that each core gets its share of a short one
+    /// (kernels/context.h).
+    pub stripe_bits: u32,
 }
 
 impl Spread {
@@ -89,7 +96,11 @@ impl Spread {
         let wanted = (pixels * u64::from(samples)).clamp(GROUP as u64, u64::from(most));
         let paths = wanted.min(fits.max(GROUP as u64)).next_multiple_of(GROUP as u64) as u32;
         let slots_per_pixel = (u64::from(paths) / pixels.max(1)).clamp(1, u64::from(samples)) as u32;
-        Spread { paths, slots_per_pixel }
+        let stripe_bits = match device.info.kind {
+            DeviceKind::Gpu => 0,
+            _ => (paths / GROUP as u32 / LEAST_STRIPE).clamp(1, MOST_STRIPES).ilog2(),
+        };
+        Spread { paths, slots_per_pixel, stripe_bits }
     }
 }
 
@@ -396,7 +407,9 @@ impl<'a> Wavefront<'a> {
     fn stage(&self, stage: Stage, material: Option<MaterialId>, launch: u32) -> Result<(), Error> {
         let Some(kernel) = self.kernels.get(stage, material) else { return Ok(()) };
         let start = Instant::now();
-        self.launch(kernel, launch, None, u64::from(self.spread.paths))?;
+        // Stripes are of the same length.
+        let items = u64::from(self.spread.paths).next_multiple_of((GROUP as u64) << self.spread.stripe_bits);
+        self.launch(kernel, launch, None, items)?;
         self.note(stage, material);
         if let Some(times) = &self.times {
             self.device.finish()?;

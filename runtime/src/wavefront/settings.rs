@@ -35,6 +35,7 @@ pub(super) fn settings(scene: &Scene, plan: &Plan, geometry: &Geometry, spread: 
         Setting::Split => u32::from(plan.is_asked(Effect::SplitLobes)),
         Setting::Paths => spread.paths,
         Setting::SlotsPerPixel => spread.slots_per_pixel,
+        Setting::StripeBits => spread.stripe_bits,
         Setting::Slots | Setting::PixelFirst | Setting::SampleFirst | Setting::SampleEnd => 0,
     })
 }
