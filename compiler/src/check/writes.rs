@@ -11,6 +11,7 @@ use crate::builtins;
 use crate::diag::Diagnostic;
 use crate::source::Span;
 use crate::types::Type;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most places at which a parameter is written that are told where a function is called.
@@ -35,20 +36,22 @@ impl Checker {
             self.events_of(init, &mut outermost);
         }
         self.events(&shader.body, &mut outermost);
-        let mut bodies = Vec::with_capacity(self.functions.len());
-        for function in &self.functions {
-            let mut events = Vec::new();
-            self.events(function.body.as_deref().unwrap_or_default(), &mut events);
-            bodies.push(events);
+        // The bodies that the shader reaches.
+        let mut bodies: BTreeMap<FunctionId, Vec<Event>> = BTreeMap::new();
+        let mut todo = called(&outermost);
+        while let Some(id) = todo.pop() {
+            if let Entry::Vacant(entry) = bodies.entry(id) {
+                let mut events = Vec::new();
+                self.events(self.functions[id.0 as usize].body.as_deref().unwrap_or_default(), &mut events);
+                todo.extend(called(&events));
+                entry.insert(events);
+            }
         }
-        let written = self.written(&bodies);
+        let written = self.written(bodies.values().flatten());
         let places = |id: FunctionId, i: usize| {
             let formal = self.formal(id, i);
             formal.and_then(|formal| written.get(&formal)).map_or(&[][..], Vec::as_slice)
         };
-        // The bodies that the shader reaches.
-        let mut seen = BTreeSet::new();
-        let mut todo = vec![&outermost];
         let mut findings = BTreeMap::new();
         let mut found = |at: Span, var: Option<VarId>, passed: Option<Span>| {
             if var.is_some_and(|id| self.may_be_written(id)) {
@@ -57,21 +60,15 @@ impl Checker {
             let key = (at.file.0, at.start, passed.map_or(0, |p| p.start));
             findings.entry(key).or_insert((var, at, passed));
         };
-        while let Some(events) = todo.pop() {
-            for event in events {
-                match event {
-                    Event::Call(id) => {
-                        if seen.insert(*id) {
-                            todo.push(&bodies[id.0 as usize]);
-                        }
-                    }
-                    Event::Write(var, at) => found(*at, Some(*var), None),
-                    Event::Pass(id, i, var, passed) => {
-                        places(*id, *i).iter().for_each(|at| found(*at, Some(*var), Some(*passed)));
-                    }
-                    Event::Constant(id, i, passed) => {
-                        places(*id, *i).iter().for_each(|at| found(*at, None, Some(*passed)));
-                    }
+        for event in outermost.iter().chain(bodies.values().flatten()) {
+            match event {
+                Event::Call(_) => {}
+                Event::Write(var, at) => found(*at, Some(*var), None),
+                Event::Pass(id, i, var, passed) => {
+                    places(*id, *i).iter().for_each(|at| found(*at, Some(*var), Some(*passed)));
+                }
+                Event::Constant(id, i, passed) => {
+                    places(*id, *i).iter().for_each(|at| found(*at, None, Some(*passed)));
                 }
             }
         }
@@ -112,11 +109,11 @@ impl Checker {
     }
 
     /// Where variables are written, by themselves or as the parameters of functions; some places of each.
-    fn written(&self, bodies: &[Vec<Event>]) -> BTreeMap<VarId, Vec<Span>> {
+    fn written<'e>(&self, events: impl Iterator<Item = &'e Event>) -> BTreeMap<VarId, Vec<Span>> {
         let mut written: BTreeMap<VarId, Vec<Span>> = BTreeMap::new();
         let mut passed: BTreeMap<VarId, Vec<VarId>> = BTreeMap::new();
         let mut todo = Vec::new();
-        for event in bodies.iter().flatten() {
+        for event in events {
             match event {
                 Event::Write(var, at) => todo.push((*var, *at)),
                 Event::Pass(id, i, var, _) => {
@@ -171,6 +168,12 @@ impl Checker {
             _ => {}
         });
     }
+}
+
+/// The functions that are called.
+fn called(events: &[Event]) -> Vec<FunctionId> {
+    let call = |e: &Event| if let Event::Call(id) = e { Some(*id) } else { None };
+    events.iter().filter_map(call).collect()
 }
 
 /// Whether a built-in function writes its answer to an argument that has no type of its own in the table.
