@@ -35,15 +35,6 @@ static inline uint reverse_bits(uint x)
     return as_uint(as_uchar4(x).wzyx);
 }
 
-static inline uint4 reverse_bits4(uint4 x)
-{
-    x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
-    x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
-    x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
-    x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
-    return (x >> 16) | (x << 16);
-}
-
 // A permutation in which each bit depends on lower ones only: on reversed bits, Owen's scrambling. Laine and Karras,
 // "Stratified Sampling for Stochastic Transparency", EGSR 2011, with Vegdahl's constants.
 static inline uint4 scramble_reversed(uint4 x, uint4 seed)
@@ -61,9 +52,9 @@ static inline uint4 scramble_reversed(uint4 x, uint4 seed)
 // The point of Sobol's sequence in four dimensions, by polynomials x, x + 1, x^2 + x + 1 and x^3 + x + 1 and Joe and Kuo's first
 // direction numbers, SIAM J. Sci. Comput. 30, 2008; bits in reverse.
 // The index is a polynomial in E, the step from one direction number to the next. With D for a shift by one bit these numbers
-// follow E + 1 = D, E^2 + E + 1 = D^2 or E^3 + E + 1 = D^3, and over two elements so do their powers by m = 8, 4, 2 and 1, as in
+// follow E + 1 = D, E^2 + E + 1 = D^2 or E^3 + E + 1 = D^3, and modulo 2 so do their powers by m = 8, 4, 2 and 1, as in
 // E^2m + E^m + 1 = D^2m. Each reduces the index in place, where bit p stands for D^d E^(p - d). The last step puts in the first
-// direction numbers. Tests hold it to the table of direction numbers.
+// direction numbers. Tests hold the points to sums of direction numbers.
 #define SOBOL_STEP(shift_y, mask_y, shift_z, mask_z, shift_w, mask_w)                                                  \
     v ^= (v >> (uint4)(0, shift_y, shift_z, shift_w)) & (uint4)(0, mask_y, mask_z, mask_w)
 
@@ -93,7 +84,8 @@ static inline uint4 sample_bits(uint pixel, uint sample, uint block, uint seed)
     const uint4 hash = random_bits(pixel, 0x9e3779b9u, block, seed);
     const uint order = (hash.x ^ (hash.y * 0x2c1b3c6du)) + (hash.z ^ (hash.w * 0x297a2d39u));
     const uint index = reverse_bits(scramble_reversed((uint4)(reverse_bits(sample)), (uint4)(order)).x);
-    return reverse_bits4(scramble_reversed(sobol_reversed(index), hash));
+    const uint4 v = scramble_reversed(sobol_reversed(index), hash);
+    return (uint4)(reverse_bits(v.x), reverse_bits(v.y), reverse_bits(v.z), reverse_bits(v.w));
 }
 #else
 // Independent numbers.

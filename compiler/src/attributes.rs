@@ -113,7 +113,7 @@ fn fit(attribute: &Attribute, q: &Question<'_>) -> Option<Vec<Const>> {
 }
 
 /// Conversions of the specification: int and float, a scalar to a triple, triples among each other, a float to two, two
-/// floats to a triple. The reference's testshade has none of them; renderers have.
+/// floats to a triple. The reference's testshade has none of them; renderers have, and our testshade.
 fn convert(from: &str, items: Vec<Const>, to: &str) -> Option<Vec<Const>> {
     if from == to {
         return Some(items);

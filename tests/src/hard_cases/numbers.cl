@@ -1,9 +1,6 @@
 // Sums and random numbers, one kernel per question.
 #include "compensated.h"
 #include "context.h"
-#ifndef SAMPLER_SOBOL
-#define SAMPLER_SOBOL
-#endif
 #include "random.h"
 
 // Adds `count` samples to compensated sums, and to a plain one: their values are those of random4.x scaled to 0..high, with a bright
@@ -64,11 +61,4 @@ __kernel void random_edges(volatile __global uint *out)
     const real4 u = random_reals((uint4)(bits));
     if (!(u.x >= 0 && u.x < 1)) atomic_inc(out);
     if (u.x * (real)16777216 != (real)(bits >> 8)) atomic_inc(out + 1);
-}
-
-// Points of Sobol's sequence, at indices spread over all 32 bits.
-__kernel void sobol_points(__global uint4 *out)
-{
-    const uint i = (uint)get_global_id(0);
-    out[i] = sobol_reversed(i * 0x9e3779b9u);
 }

@@ -105,28 +105,30 @@ impl<'a> Numbers<'a> {
         let wrong: Vec<u32> = self.run.device.read(&out, 2)?;
         Ok([wrong[0], wrong[1]])
     }
+}
 
-    /// How many of `count` points of Sobol's sequence differ from the sums of its direction numbers.
-    pub fn wrong_sobol_points(&self, count: usize) -> Result<usize, Error> {
-        let out = self.run.device.upload("points", &vec![0u32; 4 * count])?;
-        self.launch("sobol_points", &[Arg::Buffer(&out)], count, 64)?;
-        let points: Vec<u32> = self.run.device.read(&out, 4 * count)?;
-        // Degree, inner coefficients and first numbers of the primitive polynomials: Joe and Kuo, new-joe-kuo-6.21201, d = 2 to 4.
-        let columns = [
-            std::array::from_fn(|bit| 0x8000_0000 >> bit),
-            direction_numbers(1, 0, &[1]),
-            direction_numbers(2, 1, &[1, 3]),
-            direction_numbers(3, 1, &[1, 3, 1]),
-        ];
-        let sum = |index: u32, columns: &[u32; 32]| {
-            columns.iter().enumerate().filter(|(bit, _)| index >> bit & 1 == 1).fold(0, |sum, (_, c)| sum ^ c)
-        };
-        let is_wrong = |(i, point): &(usize, &[u32])| {
-            let index = (*i as u32).wrapping_mul(0x9e37_79b9);
-            (0..4).any(|d| point[d].reverse_bits() != sum(index, &columns[d]))
-        };
-        Ok(points.chunks(4).enumerate().filter(is_wrong).count())
-    }
+/// How many of `count` points of Sobol's sequence differ from the sums of its direction numbers.
+pub fn wrong_sobol_points(run: &Run<'_>, count: usize) -> Result<usize, Box<dyn std::error::Error>> {
+    let text = assemble_with("sobol.cl", include_str!("sobol.cl"), &[])?;
+    let program = Program::build(run.device, "sobol.cl", &text, run.precision.build_options())?;
+    let out = run.device.upload("points", &vec![0u32; 4 * count])?;
+    program.kernel(run.device, "sobol_points")?.launch(run.device, &[Arg::Buffer(&out)], count, 64)?;
+    let points: Vec<u32> = run.device.read(&out, 4 * count)?;
+    // Degree, inner coefficients and first numbers of the primitive polynomials: Joe and Kuo, new-joe-kuo-6.21201, d = 2 to 4.
+    let columns = [
+        std::array::from_fn(|bit| 0x8000_0000 >> bit),
+        direction_numbers(1, 0, &[1]),
+        direction_numbers(2, 1, &[1, 3]),
+        direction_numbers(3, 1, &[1, 3, 1]),
+    ];
+    let sum = |index: u32, columns: &[u32; 32]| {
+        columns.iter().enumerate().filter(|(bit, _)| index >> bit & 1 == 1).fold(0, |sum, (_, c)| sum ^ c)
+    };
+    let is_wrong = |(i, point): &(usize, &[u32])| {
+        let index = (*i as u32).wrapping_mul(0x9e37_79b9);
+        (0..4).any(|d| point[d].reverse_bits() != sum(index, &columns[d]))
+    };
+    Ok(points.chunks(4).enumerate().filter(is_wrong).count())
 }
 
 /// The direction numbers of one dimension, by their recurrence: Bratley and Fox, ACM TOMS 14(1), 1988, eq. 2.
