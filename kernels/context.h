@@ -19,7 +19,7 @@
 
 #define QUEUE_NONE (-1)
 
-// Bit of a launch's argument: this launch empties the queues that the stages before it have read.
+// Bit of a launch's argument: this launch empties the queue of `trace`, which has read it.
 #define LAUNCH_CLEARS 0x80000000u
 #define LAUNCH_INDEX(launch) ((launch) & 0x7fffffffu)
 

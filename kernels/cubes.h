@@ -23,9 +23,6 @@ static inline uint cube_hash(uint x)
 // Of a number whose bits stand in reverse; they come back in order.
 static inline uint owen_scramble(uint x, uint seed) { return reverse_bits(scramble_reversed((uint4)(x), (uint4)(seed)).x); }
 
-// A number's 24 bits, as random_reals takes them; the low 8 are 0.
-static inline uint cube_bits(uint x, uint seed) { return owen_scramble(x, seed) & 0xffffff00u; }
-
 static inline uint cube_seed(uint2 pixel, uint event, uint seed)
 {
     return (((pixel.x & 2047u) << 22 | (pixel.y & 2047u) << 11) + 4 * event) ^ (seed * 0x9e3779b9u);
@@ -37,6 +34,7 @@ static inline uint cube_index(uint sample, uint seed)
     return owen_scramble(reverse_bits(sample), cube_hash(seed)) & 0xffffffu;
 }
 
+// Of each word random_reals takes 24 bits, as testrender does; the choice among many lights takes those below as well.
 static inline uint3 cube3(uint2 pixel, uint sample, uint event, uint seed)
 {
     const uint s = cube_seed(pixel, event, seed);
@@ -54,13 +52,13 @@ static inline uint3 cube3(uint2 pixel, uint sample, uint event, uint seed)
     }
     y &= 0xffffffu;
     z &= 0xffffffu;
-    return (uint3)(cube_bits(index, cube_hash(s + 1)), cube_bits(y, cube_hash(s + 2)), cube_bits(z, cube_hash(s + 3)));
+    return (uint3)(owen_scramble(index, cube_hash(s + 1)), owen_scramble(y, cube_hash(s + 2)), owen_scramble(z, cube_hash(s + 3)));
 }
 
 static inline uint cube1(uint2 pixel, uint sample, uint event, uint seed)
 {
     const uint s = cube_seed(pixel, event + CUBE_SINGLES, seed);
-    return cube_bits(cube_index(sample, s), cube_hash(s + 1));
+    return owen_scramble(cube_index(sample, s), cube_hash(s + 1));
 }
 
 #endif

@@ -1,5 +1,6 @@
-// In: QUEUE_done. Out: QUEUE_gen while the slot has samples left.
+// In: QUEUE_done. Out: QUEUE_trace, with the slot's next sample, while it has some left.
 #include "stages/accumulate.h"
+#include "stages/ray_gen.h"
 
 __kernel void accumulate(STAGE_ARGS)
 {
@@ -7,6 +8,9 @@ __kernel void accumulate(STAGE_ARGS)
     if (get_global_id(0) == 0) count_add(&c, COUNTER_samples, c.counters[QUEUE_done]);
     uint slot = 0;
     int queue = QUEUE_NONE;
-    if (queue_slot(&c, QUEUE_done, &slot)) queue = stage_accumulate(&c, slot);
+    if (queue_slot(&c, QUEUE_done, &slot)) {
+        stage_accumulate(&c, slot);
+        queue = stage_ray_gen(&c, slot, 0);
+    }
     QUEUE_PUSH(&c, queue, slot);
 }

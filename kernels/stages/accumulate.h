@@ -5,7 +5,7 @@
 #include "compensated.h"
 #include "context.h"
 
-static inline int stage_accumulate(const Context *c, uint slot)
+static inline void stage_accumulate(const Context *c, uint slot)
 {
     real3 L = path_get3(c, PATH_radiance, slot);
     // What is not finite would spoil the pixel for good. It is counted: it should not happen.
@@ -39,12 +39,10 @@ static inline int stage_accumulate(const Context *c, uint slot)
     if (!is_last) {
         path_set_turn(c, slot, turn, turns);
         count_one(c, COUNTER_turns);
-        return QUEUE_gen;
+        return;
     }
     path_set_turn(c, slot, 0, 1);
 #endif
-    uint next = path_get_uint(c, PATHU_sample, slot) + per_pixel;
-    return next < setting(c, SETTING_sample_end) ? QUEUE_gen : QUEUE_NONE;
 }
 
 #endif

@@ -1,10 +1,11 @@
-// Starts the next sample of a slot: a ray of the camera. The first launch of a batch starts every slot.
+// Starts the next sample of a slot, at the start of a batch its first: a ray of the camera.
 #ifndef OSLCL_STAGE_RAY_GEN_H
 #define OSLCL_STAGE_RAY_GEN_H
 
 #include "bsdf/sampling.h"
 #include "context.h"
 #include "footprint.h"
+#include "globals.h"
 #include "path_random.h"
 
 // Values of SETTING_filter; 0 is the box.

@@ -1,4 +1,5 @@
-// One program per material, its generated code in front. In: the material's queue. Out: QUEUE_scatter or QUEUE_done.
+// One program per material, its generated code in front. In: the material's queue. Out: QUEUE_scatter, or QUEUE_trace
+// where no stage asks lights in between; or QUEUE_done.
 #include "stages/select_bsdf.h"
 
 LOBE_KERNEL void select_bsdf(STAGE_ARGS)

@@ -7,6 +7,9 @@
 #include "lights.h"
 #include "lobe_state.h"
 #include "path_random.h"
+#ifndef QUEUE_scatter
+#include "stages/sample_next.h"
+#endif
 #include "surface.h"
 #include "traces.h"
 
@@ -107,7 +110,14 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     // From 1 on: the path ends behind this event.
     path_set(c, PATH_rest, slot, (1 - result.rest) / survive);
 #endif
+#ifdef QUEUE_scatter
     return QUEUE_scatter;
+#else
+    // No light is asked: the next edge at once. The fence keeps what was stored from being rounded later than where the stages
+    // are apart.
+    mem_fence(CLK_GLOBAL_MEM_FENCE);
+    return stage_sample_next(c, slot);
+#endif
 }
 
 #endif

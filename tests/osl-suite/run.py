@@ -32,6 +32,7 @@ import tempfile
 import time
 
 sys.dont_write_bytecode = True
+from causes import CAUSES
 from classes import CLASSES, NOT_APPLICABLE, class_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -397,7 +398,8 @@ def report(results, checkout):
         "`testshade` and `testrender`.\n",
         "Text must be the same line by line; `numbers`: lines differ in the last digits of numbers only, by no more than 1e-5 or one unit of the last digit. "
         "Pictures must be within the directory's own thresholds. Of diagnostics the wording is ours: each error must stand on "
-        "the reference's line, and none elsewhere; a warning of the reference must have a finding on its line.\n",
+        "the reference's line, and none elsewhere; a warning of the reference must have a finding on its line. The causes of failures were "
+        "found by hand (tests/osl-suite/causes.py).\n",
         table(results) + "\n",
     ]
     for title, outcome in (("Fails", "fail"), ("Not applicable", "not applicable"), ("Passes", "pass"),
@@ -409,8 +411,13 @@ def report(results, checkout):
         if outcome == "no reference":
             parts.append(", ".join(r["name"] for r in mine) + "\n")
             continue
-        parts.append("| directory | class | " + ("note" if outcome == "pass" else "cause") + " |\n|---|---|---|")
-        parts.append("\n".join(f"| {r['name']} | {r['class']} | {escape(r['cause'])} |" for r in mine) + "\n")
+        if outcome == "fail":
+            parts.append("| directory | class | cause | what differs |\n|---|---|---|---|")
+            row = lambda r: f"| {r['name']} | {r['class']} | {escape(CAUSES.get(r['name'], 'not known'))} | {escape(r['cause'])} |"
+        else:
+            parts.append("| directory | class | " + ("note" if outcome == "pass" else "cause") + " |\n|---|---|---|")
+            row = lambda r: f"| {r['name']} | {r['class']} | {escape(r['cause'])} |"
+        parts.append("\n".join(map(row, mine)) + "\n")
     return "\n".join(parts)
 
 

@@ -2,7 +2,7 @@
 
 use oslcl_runtime::render::{self, Options};
 use oslcl_runtime::scene::{Film, Scene};
-use oslcl_tests::hard_cases::numbers::{Numbers, wrong_sobol_points};
+use oslcl_tests::hard_cases::numbers::{Numbers, uneven_cube_bits, wrong_sobol_points};
 use oslcl_tests::hard_cases::pictures::{mean, render, sky};
 use oslcl_tests::hard_cases::{each, pictures};
 use oslcl_tests::scenes::{empty, material, mesh, place, wall};
@@ -90,6 +90,15 @@ fn sobol_points_are_sums_of_direction_numbers() {
     each("random", |run, ledger| {
         let wrong = wrong_sobol_points(run, 1 << 16).unwrap_or_else(|e| panic!("{e}"));
         ledger.at_most("65,536 points of Sobol's sequence: wrong ones", wrong as f64, 0.0);
+    });
+}
+
+/// The choice among the cells of an environment takes all of them: with 8 that were 0, a small sun was 4 % too dark.
+#[test]
+fn all_bits_of_cubes_are_random() {
+    each("random", |run, ledger| {
+        let uneven = uneven_cube_bits(run, 1 << 16).unwrap_or_else(|e| panic!("{e}"));
+        ledger.at_most("bits of 65,536 shared cubes: share of ones less a half", uneven, 0.02);
     });
 }
 

@@ -483,7 +483,7 @@ fn what_an_effect_adds_is_in_the_programs_and_in_no_plan_without_it() {
     assert_eq!(own(Effect::VaryingEnvironment), BTreeSet::from(["environment"]));
     assert_eq!(
         own(Effect::EnvironmentSampling),
-        BTreeSet::from(["environment_light", "environment_map", "sample_light", "trace_shadow"])
+        BTreeSet::from(["environment_light", "environment_map", "sample_light", "sample_next", "trace_shadow"])
     );
     assert!(of(Effect::EnvironmentSampling).macros.contains(&"HAS_SHADED_LIGHTS".to_owned()));
     assert_eq!(of(Effect::EnvironmentSampling).buffers, ["environment_cells", "environment_alias"]);

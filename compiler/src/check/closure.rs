@@ -45,9 +45,7 @@ impl Checker {
         match function.closure {
             VendorClosure::No => Some(args),
             VendorClosure::Unknown => {
-                let message = format!("nothing says what the closure `{name}` looks like: it contributes nothing");
-                let d = Diagnostic::warning("W2009", span, message).label(function.span, "declared here");
-                self.warnings.push(d.help("a mapping can tell: docs/closures.md"));
+                self.warnings.push(unmapped(&name, span).label(function.span, "declared here"));
                 Some(args)
             }
             VendorClosure::Mapped { .. } => {
@@ -120,4 +118,10 @@ impl Checker {
         }
         (!failed).then_some((values, label))
     }
+}
+
+/// The warning about a call of a vendor's closure that no mapping tells of.
+pub(crate) fn unmapped(name: &str, span: Span) -> Diagnostic {
+    let message = format!("nothing says what the closure `{name}` looks like: it contributes nothing");
+    Diagnostic::warning("W2009", span, message).help("a mapping can tell: docs/closures.md")
 }

@@ -30,6 +30,7 @@ use crate::diag::Diagnostic;
 use crate::reflect::ShaderInfo;
 use crate::source::{FileId, Span};
 use crate::types::{Base, Extent, StructId, Type};
+pub(crate) use closure::unmapped;
 use scope::Scopes;
 use typed::{Expr, FunctionId, Var, VarId, VarKind};
 

@@ -112,7 +112,8 @@ pub(super) fn front(source: &str, options: &Options, sources: &mut SourceMap) ->
     let told = |list| tell(sources, &Silenced::new(), list);
     let checked = read::read(&module).map_err(told)?;
     let shader = lower::lower_for(&checked, &super::settings(options)).map_err(told)?;
-    Ok((shader, checked.info, Vec::new(), Silenced::new()))
+    let warnings = told(checked.warnings);
+    Ok((shader, checked.info, warnings, Silenced::new()))
 }
 
 impl Master {

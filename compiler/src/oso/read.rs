@@ -10,7 +10,7 @@ use super::{Element, Literal, MAIN, Module, Op, SymId, Symbol, SymbolKind};
 use crate::check::typed::{
     Callee, Expr, ExprKind, Function, FunctionId, Param, Shader, Stmt, Struct, Var, VarId, VarKind, VendorClosure,
 };
-use crate::check::{Checked, GLOBALS};
+use crate::check::{Checked, GLOBALS, unmapped};
 use crate::diag::Diagnostic;
 use crate::reflect::{self, ShaderInfo, Value};
 use crate::source::Span;
@@ -41,8 +41,10 @@ pub fn read(module: &Module) -> Result<Checked, Vec<Diagnostic>> {
     let (name, kind) = (module.name.clone(), module.kind.clone());
     let info = ShaderInfo { name: name.clone(), kind: kind.clone(), metadata, params: infos };
     let (vars, functions) = (reader.vars, reader.functions);
+    let unknown = functions.iter().filter(|f| f.closure == VendorClosure::Unknown);
+    let warnings = unknown.map(|f| unmapped(&f.name, f.span)).collect();
     let shader = Shader { name, kind, params, body, vars, structs, functions };
-    Ok(Checked { shader, info, warnings: Vec::new() })
+    Ok(Checked { shader, info, warnings })
 }
 
 /// What `return` leaves.

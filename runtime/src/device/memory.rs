@@ -3,6 +3,7 @@
 use super::{Device, DeviceKind, Error};
 use opencl3::memory::{Buffer as ClBuffer, CL_MEM_READ_WRITE, ClMem};
 use opencl3::types::{CL_BLOCKING, cl_mem};
+use std::ops::Range;
 use std::ptr;
 
 /// Types whose values are any bytes: what buffers hold.
@@ -138,9 +139,16 @@ impl Device {
 
     /// Sets all bytes to zero, in queue order.
     pub fn clear(&self, buffer: &mut Buffer) -> Result<(), Error> {
-        let bytes = buffer.bytes as usize;
-        // SAFETY: pattern and range are whole bytes inside the buffer.
-        unsafe { self.queue.enqueue_fill_buffer(&mut buffer.inner, &[0u8], 0, bytes, &[]) }
+        let bytes = buffer.bytes;
+        self.clear_part(buffer, 0..bytes)
+    }
+
+    /// Sets some bytes to zero, in queue order.
+    pub fn clear_part(&self, buffer: &mut Buffer, bytes: Range<u64>) -> Result<(), Error> {
+        self.check_size(buffer, bytes.end)?;
+        let (start, length) = (bytes.start as usize, (bytes.end - bytes.start) as usize);
+        // SAFETY: the pattern is one byte, the range was checked against the buffer.
+        unsafe { self.queue.enqueue_fill_buffer(&mut buffer.inner, &[0u8], start, length, &[]) }
             .map_err(|e| self.error(&format!("clearing buffer `{}`", buffer.label), e))?;
         Ok(())
     }

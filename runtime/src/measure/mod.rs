@@ -8,4 +8,4 @@ pub mod plot;
 mod statistics;
 
 pub use pareto::pareto;
-pub use statistics::{Estimate, Measured, Run, measure};
+pub use statistics::{Estimate, Measured, Run, estimate, measure};

@@ -67,7 +67,7 @@ const STUDENT: [f64; 15] =
     [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131];
 
 /// Mean of a sample with its confidence interval.
-pub(super) fn estimate(sample: &[f64]) -> Estimate {
+pub fn estimate(sample: &[f64]) -> Estimate {
     let n = sample.len();
     let mean = sample.iter().sum::<f64>() / n.max(1) as f64;
     if n < 2 {

@@ -7,6 +7,7 @@ use super::effects::Effect::{self, *};
 use crate::choices::PathState;
 use std::collections::BTreeSet;
 use std::fmt::Write;
+use std::ops::Range;
 
 /// A field of path state: one number or three in the record of a slot.
 struct Field {
@@ -299,19 +300,16 @@ pub struct Layout {
     path_state: PathState,
 }
 
-/// Queues that are emptied between `trace` and `sample_next`.
-const EARLY: [&str; 2] = ["trace", "gen"];
+/// The queue that is emptied between `trace` and what fills it; the others are at the end of a round.
+const EARLY: [&str; 1] = ["trace"];
 
 impl Layout {
     /// `materials`: queues of materials. `shaded_lights`: queues of lights whose shader has to be asked.
     pub(super) fn new(on: BTreeSet<Effect>, materials: u32, shaded_lights: u32, path_state: PathState) -> Layout {
         let mut queues = EARLY.to_vec();
         queues.push("done");
-        if on.contains(&Surfaces) {
-            queues.push("scatter");
-        }
-        if on.contains(&Lights) || on.contains(&EnvironmentSampling) {
-            queues.push("shadow");
+        if DIRECT.iter().any(|e| on.contains(e)) {
+            queues.extend(["scatter", "shadow"]);
         }
         if on.contains(&VaryingEnvironment) {
             queues.push("environment");
@@ -377,6 +375,11 @@ impl Layout {
     /// The queue of the k-th light shader.
     pub fn light_queue(&self, k: u32) -> u32 {
         self.queues.len() as u32 + self.materials + k
+    }
+
+    /// The queues to be emptied at the end of a round, when all have been read.
+    pub fn late_queues(&self) -> Range<u32> {
+        EARLY.len() as u32..self.queue_count()
     }
 
     /// The queue with this name in the kernels, without `QUEUE_`.
@@ -560,7 +563,7 @@ mod tests {
         let halves = Layout { path_state: PathState::Half, ..lit.clone() };
         assert!(halves.bytes_per_path(4) < lit.bytes_per_path(4));
         // Densities and distances of hits, rays to lights with what they bring: three triples of four reals each, and three reals; and
-        // a place in the queue of light rays.
-        assert_eq!(lit.bytes_of(Lights, 4), 4 * (3 * 4 + 3) + 4);
+        // places in the queues of light rays and of paths that wait for them.
+        assert_eq!(lit.bytes_of(Lights, 4), 4 * (3 * 4 + 3) + 2 * 4);
     }
 }

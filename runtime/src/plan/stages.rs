@@ -65,14 +65,10 @@ pub struct ProgramPlan {
 
 /// Every program of a plan: one per stage, one per material.
 pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>]) -> Vec<ProgramPlan> {
-    let mut stages = vec![Stage::RayGen, Stage::Accumulate, Stage::Resolve];
-    if plan.has(Effect::Surfaces) {
-        stages.extend([Stage::Trace, Stage::SampleNext]);
-        if plan.has(Effect::Lights) || plan.has(Effect::EnvironmentSampling) {
-            stages.extend([Stage::SampleLight, Stage::TraceShadow]);
-        }
-    } else {
-        stages.push(Stage::Trace);
+    let mut stages = vec![Stage::RayGen, Stage::Trace, Stage::Accumulate, Stage::Resolve];
+    // Without lights to ask, `select_bsdf` goes on to the next edge itself.
+    if plan.layout.queue("scatter").is_some() {
+        stages.extend([Stage::SampleLight, Stage::TraceShadow, Stage::SampleNext]);
     }
     let mut out: Vec<ProgramPlan> = stages
         .into_iter()

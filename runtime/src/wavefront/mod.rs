@@ -26,8 +26,7 @@ use std::time::{Duration, Instant};
 /// Work-items of a group; fixed, since some drivers compile a kernel anew for each.
 const GROUP: usize = 64;
 
-/// `launch` of ray_gen that starts a batch, and the bit that lets a launch empty queues (kernels/context.h).
-const START: u32 = 1;
+/// Bit of `launch` that lets it empty the queue of `trace` (kernels/context.h).
 const CLEARS: u32 = 0x8000_0000;
 
 /// Paths in flight: on a GPU so many that the launches of stages with little to do take a small part of the time; on a CPU few
@@ -361,13 +360,13 @@ impl<'a> Wavefront<'a> {
         }
     }
 
-    fn batch(&self, watch: &mut dyn FnMut(&Counts)) -> Result<(), Error> {
+    fn batch(&mut self, watch: &mut dyn FnMut(&Counts)) -> Result<(), Error> {
         let rounds = if self.device.info.kind == DeviceKind::Gpu { ROUNDS_GPU } else { ROUNDS_CPU };
         let samples = self.settings[place(Setting::SampleEnd)] - self.settings[place(Setting::SampleFirst)];
         let turns = if self.plan.is_asked(Effect::SplitLobes) { MOST_TURNS } else { 1 };
         let paths = u64::from(samples) * turns;
         let most = paths * u64::from(self.settings[place(Setting::MaxDepth)]) + u64::from(rounds);
-        self.stage(Stage::RayGen, None, START)?;
+        self.stage(Stage::RayGen, None, 0)?;
         for _ in 0..=most.div_ceil(u64::from(rounds)) {
             for _ in 0..rounds {
                 self.round()?;
@@ -383,11 +382,12 @@ impl<'a> Wavefront<'a> {
         Err(self.device.lost("paths were left over when all should have ended"))
     }
 
-    /// Every stage once.
-    fn round(&self) -> Result<(), Error> {
+    /// Every stage once; then all queues are empty but that of `trace`.
+    fn round(&mut self) -> Result<(), Error> {
         self.stage(Stage::Trace, None, 0)?;
         let mut clears = CLEARS;
-        for (index, material) in self.plan.surface_materials.iter().enumerate() {
+        let plan = self.plan;
+        for (index, material) in plan.surface_materials.iter().enumerate() {
             self.stage(Stage::SelectBsdf, Some(*material), index as u32 | clears)?;
             clears = 0;
         }
@@ -395,12 +395,16 @@ impl<'a> Wavefront<'a> {
         self.stage(Stage::SampleLight, None, 0)?;
         self.stage(Stage::TraceShadow, None, 0)?;
         for (k, material) in self.varying_lights.iter().enumerate() {
-            self.stage(Stage::ShadeLight, Some(*material), self.plan.layout.light_queue(k as u32))?;
+            self.stage(Stage::ShadeLight, Some(*material), plan.layout.light_queue(k as u32))?;
         }
         self.stage(Stage::EnvironmentLight, self.environment, 0)?;
         self.stage(Stage::SampleNext, None, 0)?;
         self.stage(Stage::Accumulate, None, 0)?;
-        self.stage(Stage::RayGen, None, 0)
+        let late = plan.layout.late_queues();
+        match self.buffers.get_mut(&BufferId::Counters) {
+            Some(counters) => self.device.clear_part(counters, 4 * u64::from(late.start)..4 * u64::from(late.end)),
+            None => Ok(()),
+        }
     }
 
     /// Launches a stage over all slots, if the plan has it.

@@ -107,13 +107,29 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// How many of `count` points of Sobol's sequence differ from the sums of its direction numbers.
-pub fn wrong_sobol_points(run: &Run<'_>, count: usize) -> Result<usize, Box<dyn std::error::Error>> {
+/// What a kernel of sobol.cl writes: `count` times four words.
+fn points(run: &Run<'_>, kernel: &str, count: usize) -> Result<Vec<u32>, Box<dyn std::error::Error>> {
     let text = assemble_with("sobol.cl", include_str!("sobol.cl"), &[])?;
     let program = Program::build(run.device, "sobol.cl", &text, run.precision.build_options())?;
     let out = run.device.upload("points", &vec![0u32; 4 * count])?;
-    program.kernel(run.device, "sobol_points")?.launch(run.device, &[Arg::Buffer(&out)], count, 64)?;
-    let points: Vec<u32> = run.device.read(&out, 4 * count)?;
+    program.kernel(run.device, kernel)?.launch(run.device, &[Arg::Buffer(&out)], count, 64)?;
+    Ok(run.device.read(&out, 4 * count)?)
+}
+
+/// How far from half the share of ones is, at most, of any of the 32 bits of the words that `count` cubes have, and of their singles.
+pub fn uneven_cube_bits(run: &Run<'_>, count: usize) -> Result<f64, Box<dyn std::error::Error>> {
+    let words = points(run, "cube_words", count)?;
+    let share = |word: usize, bit: u32| {
+        let ones = words.chunks(4).filter(|w| w[word] >> bit & 1 == 1).count();
+        ones as f64 / count as f64
+    };
+    let bits = (0..4).flat_map(|word| (0..32).map(move |bit| (word, bit)));
+    Ok(bits.map(|(word, bit)| (share(word, bit) - 0.5).abs()).fold(0.0, f64::max))
+}
+
+/// How many of `count` points of Sobol's sequence differ from the sums of its direction numbers.
+pub fn wrong_sobol_points(run: &Run<'_>, count: usize) -> Result<usize, Box<dyn std::error::Error>> {
+    let points = points(run, "sobol_points", count)?;
     // Degree, inner coefficients and first numbers of the primitive polynomials: Joe and Kuo, new-joe-kuo-6.21201, d = 2 to 4.
     let columns = [
         std::array::from_fn(|bit| 0x8000_0000 >> bit),
