@@ -14,7 +14,7 @@ render: device ## Build, then render the gallery of shipped materials to out/gal
 	$(OSLCL) render scenes/gallery.toml -o $(OUT)/gallery.png
 
 test: lint device spirv-tools ## Format, lints, documentation and every test
-	$(CARGO) test --release --workspace --no-fail-fast
+	CARGO=$(CARGO) scripts/run-tests
 
 hard-cases: device ## Run all hard cases on every OpenCL device found, write what they measure to docs/reports/stability.md; lobes in all arithmetics; and force each effect
 	OSLCL_SLOW_TESTS=1 OSLCL_REPORT=docs/reports/stability.md $(CARGO) test --release --package oslcl-tests --no-fail-fast --test 'hard_cases_*' --test bsdf --test effects

@@ -272,6 +272,17 @@ fn files_of_other_compilers_are_read() {
 
 /// Functions that call each other twice double the code with each level.
 #[test]
+fn a_closure_that_nothing_maps_is_told_of() {
+    let source = std::fs::read_to_string(corpus().join("closure_vendor.osl")).expect("a shader of the corpus");
+    let written = oso("closure_vendor.osl", &source).unwrap_or_else(|e| panic!("{e}"));
+    let master = Master::from_oso(&written.text, &options("vendor.oso")).unwrap_or_else(|e| panic!("{e}"));
+    let output = master.instance(&Options::default()).unwrap_or_else(|e| panic!("{e}"));
+    let unmapped: Vec<_> = output.warnings.iter().filter(|d| d.code == "W2009").collect();
+    let [only] = unmapped[..] else { panic!("{:?}", output.warnings) };
+    assert!(only.message.contains("`acme_shimmer`"), "{}", only.message);
+}
+
+#[test]
 fn a_shader_that_grows_without_bound_is_refused() {
     let mut source = "void f0(output float x) { x = x * 2 + sin(x); }\n".to_owned();
     for i in 0..24 {
