@@ -16,15 +16,20 @@ use std::fmt::{self, Display};
 
 /// Runs the front half of the compiler and shows its findings, warnings too.
 pub fn master(text: &str, options: &Options, includes: &Folders) -> Result<Master, Error> {
-    let master = Master::new(text, options, includes).map_err(|failure| {
+    let master = checked(text, options, includes)?;
+    show(master.sources(), master.warnings());
+    Ok(master)
+}
+
+/// Runs the front half of the compiler and shows its errors.
+pub fn checked(text: &str, options: &Options, includes: &Folders) -> Result<Master, Error> {
+    Master::new(text, options, includes).map_err(|failure| {
         let error = report(&failure);
         for refused in includes.refused() {
             terminal::say(&format!("  note: {refused}\n"));
         }
         error
-    })?;
-    show(master.sources(), master.warnings());
-    Ok(master)
+    })
 }
 
 /// Runs the back half of the compiler and shows its findings, warnings too.

@@ -6,6 +6,8 @@ use super::super::super::args::SourceArgs;
 use super::super::super::sources::{self, Folders};
 use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
+use oslcl_compiler::diag::Diagnostic;
+use oslcl_compiler::source::SourceMap;
 use oslcl_compiler::{
     Binding, Bound, ColorSystem, Connection, Group, Hints, Layer, Master, Options, ParseError, suggest,
 };
@@ -64,7 +66,15 @@ impl Shaders {
 fn compile(text: &str, name: &str, options: &Options) -> Result<Master, Error> {
     let settings = SourceArgs { include: Vec::new(), define: Vec::new(), closures: Vec::new() };
     let options = Options { file_name: name.to_owned(), ..options.clone() };
-    report::master(text, &options, &Folders::new(&settings))
+    let master = report::checked(text, &options, &Folders::new(&settings))?;
+    show_warnings(master.sources(), master.warnings());
+    Ok(master)
+}
+
+/// Shows warnings, but of closures that nothing maps: here they are printed, whoever's they are.
+pub fn show_warnings(sources: &SourceMap, warnings: &[Diagnostic]) {
+    let shown: Vec<Diagnostic> = warnings.iter().filter(|d| d.code != "W2009").cloned().collect();
+    report::show(sources, &shown);
 }
 
 /// What the arguments describe.

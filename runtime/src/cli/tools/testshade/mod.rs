@@ -13,7 +13,6 @@ use super::super::{Error, report, sources, terminal};
 use args::Args;
 use build::{Built, Shaders};
 use oslcl_compiler::attributes::RAY_TYPES;
-use oslcl_compiler::diag::Diagnostic;
 use oslcl_compiler::{Artifact, Group, Options};
 use oslcl_runtime::device::Device;
 use oslcl_runtime::film::raster::{self, Depth, Raster};
@@ -146,9 +145,7 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
     };
     times.add("Compile");
     if args.verbose {
-        // Closures are printed here, whoever's they are.
-        let warnings: Vec<Diagnostic> = output.warnings.iter().filter(|d| d.code != "W2009").cloned().collect();
-        report::show(&output.sources, &warnings);
+        build::show_warnings(&output.sources, &output.warnings);
     }
     if args.debug {
         let artifact = &output.artifact;
