@@ -19,10 +19,6 @@
 
 #define QUEUE_NONE (-1)
 
-// Bit of a launch's argument: this launch empties the queue of `trace`, which has read it.
-#define LAUNCH_CLEARS 0x80000000u
-#define LAUNCH_INDEX(launch) ((launch) & 0x7fffffffu)
-
 static inline uint setting(const Context *c, uint which) { return c->settings[which]; }
 static inline real constant_real(const Context *c, uint which) { return c->constants[which]; }
 static inline real3 constant_real3(const Context *c, uint which) { return vload3(0, c->constants + which); }

@@ -270,7 +270,6 @@ fn files_of_other_compilers_are_read() {
     assert_eq!(output.artifact.lobes, ["diffuse"]);
 }
 
-/// Functions that call each other twice double the code with each level.
 #[test]
 fn a_closure_that_nothing_maps_is_told_of() {
     let source = std::fs::read_to_string(corpus().join("closure_vendor.osl")).expect("a shader of the corpus");
@@ -282,6 +281,7 @@ fn a_closure_that_nothing_maps_is_told_of() {
     assert!(only.message.contains("`acme_shimmer`"), "{}", only.message);
 }
 
+/// Functions that call each other twice double the code with each level.
 #[test]
 fn a_shader_that_grows_without_bound_is_refused() {
     let mut source = "void f0(output float x) { x = x * 2 + sin(x); }\n".to_owned();

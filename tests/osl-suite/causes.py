@@ -53,7 +53,7 @@ CAUSES = {
     "render-raytypes": "Noise of 4 samples a pixel under a bright background, from which directions are drawn by another method; "
     "means of many samples agree.",
     "render-spi-thinlayer": "The closure thinlayer is that renderer's own and has no mapping: it contributes nothing.",
-    "render-veachmis": "7 pixels: single paths that rounding turns elsewhere; the means agree to 0.03 %.",
+    "render-veachmis": "A few pixels: single paths that rounding turns elsewhere; the means agree to 0.03 %.",
     "render-ward": "Our Ward lobe is the form with bounded albedo (kernels/bsdf/ward.h), on purpose.",
     "splineinverse": "Derivatives are exact (1 over the spline's slope); the reference's are carried through its root finder, "
     "off by up to 0.01 %.",

@@ -411,13 +411,12 @@ def report(results, checkout):
         if outcome == "no reference":
             parts.append(", ".join(r["name"] for r in mine) + "\n")
             continue
-        if outcome == "fail":
-            parts.append("| directory | class | cause | what differs |\n|---|---|---|---|")
-            row = lambda r: f"| {r['name']} | {r['class']} | {escape(CAUSES.get(r['name'], 'not known'))} | {escape(r['cause'])} |"
-        else:
-            parts.append("| directory | class | " + ("note" if outcome == "pass" else "cause") + " |\n|---|---|---|")
-            row = lambda r: f"| {r['name']} | {r['class']} | {escape(r['cause'])} |"
-        parts.append("\n".join(map(row, mine)) + "\n")
+        heads = {"fail": ["cause", "what differs"], "pass": ["note"]}.get(outcome, ["cause"])
+        table_row = lambda cells: "| " + " | ".join(cells) + " |"
+        parts.append(table_row(["directory", "class", *heads]) + "\n|" + "---|" * (2 + len(heads)))
+        known = lambda r: [CAUSES.get(r["name"], "not known")] if outcome == "fail" else []
+        cells = lambda r: [r["name"], r["class"], *map(escape, known(r) + [r["cause"]])]
+        parts.append("\n".join(table_row(cells(r)) for r in mine) + "\n")
     return "\n".join(parts)
 
 

@@ -300,14 +300,10 @@ pub struct Layout {
     path_state: PathState,
 }
 
-/// The queue that is emptied between `trace` and what fills it; the others are at the end of a round.
-const EARLY: [&str; 1] = ["trace"];
-
 impl Layout {
     /// `materials`: queues of materials. `shaded_lights`: queues of lights whose shader has to be asked.
     pub(super) fn new(on: BTreeSet<Effect>, materials: u32, shaded_lights: u32, path_state: PathState) -> Layout {
-        let mut queues = EARLY.to_vec();
-        queues.push("done");
+        let mut queues = vec!["trace", "done"];
         if DIRECT.iter().any(|e| on.contains(e)) {
             queues.extend(["scatter", "shadow"]);
         }
@@ -377,9 +373,14 @@ impl Layout {
         self.queues.len() as u32 + self.materials + k
     }
 
-    /// The queues to be emptied at the end of a round, when all have been read.
-    pub fn late_queues(&self) -> Range<u32> {
-        EARLY.len() as u32..self.queue_count()
+    /// The queue that `trace` reads, and that later stages of the round fill.
+    pub fn trace_queue(&self) -> Range<u32> {
+        0..1
+    }
+
+    /// All others: read in the round that fills them.
+    pub fn other_queues(&self) -> Range<u32> {
+        1..self.queue_count()
     }
 
     /// The queue with this name in the kernels, without `QUEUE_`.
@@ -461,7 +462,6 @@ impl Layout {
         for (i, name) in self.queues.iter().enumerate() {
             let _ = writeln!(out, "#define QUEUE_{name} {i}");
         }
-        let _ = writeln!(out, "#define QUEUE_FIRST_LATE {}u", EARLY.len());
         let _ = writeln!(out, "#define QUEUE_MATERIALS {}", self.queues.len());
         let _ = writeln!(out, "#define QUEUE_COUNT {}u", self.queue_count());
         for (counter, name, _) in COUNTERS {

@@ -21,13 +21,11 @@ use crate::vertex_data::Table;
 use settings::{constants, folded, place, settings};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// Work-items of a group; fixed, since some drivers compile a kernel anew for each.
 const GROUP: usize = 64;
-
-/// Bit of `launch` that lets it empty the queue of `trace` (kernels/context.h).
-const CLEARS: u32 = 0x8000_0000;
 
 /// Paths in flight: on a GPU so many that the launches of stages with little to do take a small part of the time; on a CPU few
 /// enough for each core's cache.
@@ -140,6 +138,8 @@ pub struct Wavefront<'a> {
     pixels: u64,
     /// How many of them go on: those that the buffer of pixels lists.
     going_on: u64,
+    /// Samples that the batches so far had to finish.
+    due: u64,
     buffers: HashMap<BufferId, Buffer>,
     settings: [u32; Setting::ALL.len()],
     environment: Option<MaterialId>,
@@ -170,6 +170,7 @@ impl<'a> Wavefront<'a> {
             spread,
             pixels,
             going_on: pixels,
+            due: 0,
             buffers: HashMap::new(),
             settings: settings(scene, plan, geometry, spread),
             environment: scene.environment,
@@ -342,6 +343,7 @@ impl<'a> Wavefront<'a> {
             self.set(Setting::SampleFirst, first);
             self.set(Setting::SampleEnd, end);
             self.write_settings()?;
+            self.due += count * u64::from(end - first);
             self.batch(watch)?;
             pixel += count;
         }
@@ -372,10 +374,14 @@ impl<'a> Wavefront<'a> {
                 self.round()?;
             }
             let words = self.counters()?;
-            let trace = self.plan.layout.queue("trace").map_or(0, |q| words[q as usize]);
-            watch(&self.counts_of(&words));
-            if trace == 0 {
-                return Ok(());
+            let counts = self.counts_of(&words);
+            watch(&counts);
+            if self.plan.layout.trace_queue().all(|q| words[q as usize] == 0) {
+                return if counts.samples == self.due {
+                    Ok(())
+                } else {
+                    Err(self.device.lost("samples were lost on their way"))
+                };
             }
         }
         // Each round takes every path one edge further: only a driver that loses work gets here.
@@ -384,14 +390,13 @@ impl<'a> Wavefront<'a> {
 
     /// Every stage once; then all queues are empty but that of `trace`.
     fn round(&mut self) -> Result<(), Error> {
-        self.stage(Stage::Trace, None, 0)?;
-        let mut clears = CLEARS;
         let plan = self.plan;
+        self.stage(Stage::Trace, None, 0)?;
+        self.empty(plan.layout.trace_queue())?;
         for (index, material) in plan.surface_materials.iter().enumerate() {
-            self.stage(Stage::SelectBsdf, Some(*material), index as u32 | clears)?;
-            clears = 0;
+            self.stage(Stage::SelectBsdf, Some(*material), index as u32)?;
         }
-        self.stage(Stage::Environment, self.environment, clears)?;
+        self.stage(Stage::Environment, self.environment, 0)?;
         self.stage(Stage::SampleLight, None, 0)?;
         self.stage(Stage::TraceShadow, None, 0)?;
         for (k, material) in self.varying_lights.iter().enumerate() {
@@ -400,9 +405,13 @@ impl<'a> Wavefront<'a> {
         self.stage(Stage::EnvironmentLight, self.environment, 0)?;
         self.stage(Stage::SampleNext, None, 0)?;
         self.stage(Stage::Accumulate, None, 0)?;
-        let late = plan.layout.late_queues();
+        self.empty(plan.layout.other_queues())
+    }
+
+    /// Empties queues between two launches: no launch may empty what it fills itself, since its groups run in any order.
+    fn empty(&mut self, queues: Range<u32>) -> Result<(), Error> {
         match self.buffers.get_mut(&BufferId::Counters) {
-            Some(counters) => self.device.clear_part(counters, 4 * u64::from(late.start)..4 * u64::from(late.end)),
+            Some(counters) => self.device.clear_part(counters, 4 * u64::from(queues.start)..4 * u64::from(queues.end)),
             None => Ok(()),
         }
     }
