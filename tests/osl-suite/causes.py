@@ -38,7 +38,6 @@ CAUSES = {
     "ones; the table's sun.",
     "render-mx-furnace-burley-diffuse": "The lobe is bounded where Burley's formula makes light; spheres of roughness 0 to 0.3 agree "
     "to 0.02 %.",
-    "render-mx-furnace-oren-nayar": "Not known: passes when it runs alone; in some runs of the whole suite up to 97 pixels of one sphere are too dark.",
     "render-mx-furnace-sheen": "Noise: mode 0 maps random numbers to directions otherwise, and a sample takes one lobe, not the "
     "mixture; each sphere's mean agrees to 0.03 %.",
     "render-mx-generalized-schlick": "Mostly bounces between facets, lost on purpose: the sphere of roughness 1 is half as bright; "
