@@ -7,7 +7,6 @@ use super::super::super::sources::{self, Folders};
 use super::super::super::{Error, report};
 use super::args::{Args, Setup, Value};
 use oslcl_compiler::diag::Diagnostic;
-use oslcl_compiler::source::SourceMap;
 use oslcl_compiler::{
     Binding, Bound, ColorSystem, Connection, Group, Hints, Layer, Master, Options, ParseError, suggest,
 };
@@ -67,14 +66,12 @@ fn compile(text: &str, name: &str, options: &Options) -> Result<Master, Error> {
     let settings = SourceArgs { include: Vec::new(), define: Vec::new(), closures: Vec::new() };
     let options = Options { file_name: name.to_owned(), ..options.clone() };
     let master = report::checked(text, &options, &Folders::new(&settings))?;
-    show_warnings(master.sources(), master.warnings());
+    // Closures are printed here, whoever's they are: of one that nothing maps hears who writes OSL, not who runs a compiled file.
+    let is_compiled = Path::new(name).extension().is_some_and(|e| e == "oso");
+    let warnings: Vec<Diagnostic> =
+        master.warnings().iter().filter(|d| !is_compiled || d.code != "W2009").cloned().collect();
+    report::show(master.sources(), &warnings);
     Ok(master)
-}
-
-/// Shows warnings, but of closures that nothing maps: here they are printed, whoever's they are.
-pub fn show_warnings(sources: &SourceMap, warnings: &[Diagnostic]) {
-    let shown: Vec<Diagnostic> = warnings.iter().filter(|d| d.code != "W2009").cloned().collect();
-    report::show(sources, &shown);
 }
 
 /// What the arguments describe.

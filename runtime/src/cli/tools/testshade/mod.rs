@@ -145,7 +145,7 @@ fn shade(args: &Args, built: &Built, outputs: &[(String, String)]) -> Result<(),
     };
     times.add("Compile");
     if args.verbose {
-        build::show_warnings(&output.sources, &output.warnings);
+        report::show(&output.sources, &output.warnings);
     }
     if args.debug {
         let artifact = &output.artifact;
