@@ -159,18 +159,11 @@ static inline void queue_store(const Context *c, int queue, uint at, uint slot)
     barrier(CLK_LOCAL_MEM_FENCE);                                                                                      \
     if ((queue) >= 0) queue_store(c, queue, push_base[queue] + push_rank, slot);
 
-// Adds 1 to a 64-bit count in two words, whoever else does.
-static inline void count_one(const Context *c, uint counter)
+// Adds to a 64-bit count in two words, whoever else does.
+static inline void count(const Context *c, uint counter, uint n)
 {
-    if (atomic_inc(&c->counters[counter]) == 0xffffffffu) atomic_inc(&c->counters[counter + 1]);
-}
-
-// A 64-bit count in two words; only one work-item of a launch adds to it.
-static inline void count_add(const Context *c, uint counter, uint n)
-{
-    uint low = c->counters[counter];
-    c->counters[counter] = low + n;
-    if (low + n < low) c->counters[counter + 1] += 1;
+    const uint before = atomic_add(&c->counters[counter], n);
+    if (before + n < before) atomic_inc(&c->counters[counter + 1]);
 }
 
 #endif

@@ -19,6 +19,7 @@
 #include "osl/noise.h"
 
 #define GABOR_FREQUENCY 2
+#define GABOR_WIDTH ((real)2.128934f)    // sqrt(pi / ln 2), as the reference rounds it
 #define GABOR_CUT 3.91202300542814605862 // -log 0.02: kernels end where their Gaussian falls to 0.02
 
 // A symmetric 2x2 matrix.
@@ -118,8 +119,10 @@ static inline Gabor gabor_setup(real3 dpdx, real3 dpdy, int anisotropic, real3 d
     g.direction = direction;
     g.periodic = 0;
     g.period = (real3)(1, 1, 1);
-    real octaves = m_exp2(clamp(bandwidth, (real)0.01, (real)100));
-    g.a = GABOR_FREQUENCY * ((octaves - 1) / (octaves + 1)) * 2.12893403886245235863; // sqrt(pi / ln 2)
+    // The reference computes this in f64 and rounds at the end; an ulp less, and points at the edge of a kernel lose or gain it.
+    const real octaves = m_exp2(clamp(bandwidth, (real)0.01, (real)100));
+    const real below = octaves - 1, above = octaves + 1, ratio = below / above, lost = fma(-ratio, above, below) / above;
+    g.a = GABOR_FREQUENCY * fma(ratio, GABOR_WIDTH, lost * GABOR_WIDTH);
     g.radius = sqrt((real)(GABOR_CUT / PI)) / g.a;
     real density = clamp(impulses, (real)1, (real)32) / (1.33333 * PI);
     g.mean = (float)density;

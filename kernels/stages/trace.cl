@@ -1,12 +1,45 @@
 // In: QUEUE_trace. Out: the queue of the material that was hit, QUEUE_environment or QUEUE_done.
 #include "stages/trace.h"
+#if defined(OSLCL_CPU) && !defined(HAS_VARYING_ENVIRONMENT)
+// Where nobody is asked what leaves the scene brings, a path ends here and the slot's next sample starts at once, while its state
+// is in the core's cache. No launch goes on for more than a few: the host wants to know how far it is. On a GPU lanes would wait
+// for each other.
+#define SAMPLES_IN_A_ROW 32
+#include "stages/accumulate.h"
+#include "stages/ray_gen.h"
+#endif
 
 __kernel void trace(STAGE_ARGS)
 {
     STAGE_CONTEXT(c);
-    if (get_global_id(0) == 0) count_add(&c, COUNTER_rays, c.counters[QUEUE_trace]);
+    if (get_global_id(0) == 0) count(&c, COUNTER_rays, c.counters[QUEUE_trace]);
     uint slot = 0;
     int queue = QUEUE_NONE;
+#ifdef SAMPLES_IN_A_ROW
+    __local uint more_rays, more_samples;
+    if (get_local_id(0) == 0) more_rays = more_samples = 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (queue_slot(&c, QUEUE_trace, &slot)) {
+        uint rays = 0, samples = 0;
+        for (;;) {
+            queue = stage_trace(&c, slot);
+            if (queue != QUEUE_done || samples == SAMPLES_IN_A_ROW) break;
+            stage_accumulate(&c, slot);
+            samples++;
+            queue = stage_ray_gen(&c, slot, 0);
+            if (queue == QUEUE_NONE) break;
+            rays++;
+        }
+        atomic_add(&more_rays, rays);
+        atomic_add(&more_samples, samples);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (get_local_id(0) == 0) {
+        count(&c, COUNTER_rays, more_rays);
+        count(&c, COUNTER_samples, more_samples);
+    }
+#else
     if (queue_slot(&c, QUEUE_trace, &slot)) queue = stage_trace(&c, slot);
+#endif
     QUEUE_PUSH(&c, queue, slot);
 }

@@ -36,12 +36,6 @@ fn noise_agrees_with_the_reference() {
             worst = worst.max(error);
             beyond += usize::from(error.is_nan() || error > 1e-5);
         }
-        // The kernels of gabor noise end with a jump: rounding puts a few pixels on the other side of some edge.
-        let allowed = if kind.starts_with("gabor") { 16 } else { 0 };
-        assert!(
-            beyond <= allowed,
-            "{kind}: {beyond} of {} pixels differ by more than 1e-5, the worst by {worst}",
-            n * n
-        );
+        assert!(beyond == 0, "{kind}: {beyond} of {} pixels differ by more than 1e-5, the worst by {worst}", n * n);
     }
 }

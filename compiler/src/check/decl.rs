@@ -159,6 +159,7 @@ impl Checker {
 
     /// Declares a variable in the innermost scope.
     pub(super) fn declare(&mut self, name: &ast::Ident, ty: Type, kind: VarKind, writable: bool) -> VarId {
+        self.check_reserved(name);
         self.check_unused(name, matches!(kind, VarKind::ShaderParam(_)));
         let id = self.new_var(Var { name: name.name.clone(), ty, kind, writable, span: name.span });
         self.scopes.declare_var(&name.name, id);
@@ -239,9 +240,7 @@ impl Checker {
     }
 
     pub(super) fn structure(&mut self, s: &ast::Struct) {
-        if s.name.name.starts_with("___") {
-            self.error(Diagnostic::error("E2012", s.name.span, "a struct's name cannot start with three underscores"));
-        }
+        self.check_reserved(&s.name);
         if !self.check_unused(&s.name, false) {
             return;
         }
@@ -292,6 +291,7 @@ impl Checker {
         }
         self.metadata(&f.metadata);
         self.scopes.leave();
+        self.check_reserved(&f.name);
         let Some(ret) = ret.filter(|_| !broken) else {
             self.scopes.declare_broken(&f.name.name);
             if let (Some(body), false) = (&f.body, broken) {

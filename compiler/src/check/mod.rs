@@ -5,8 +5,8 @@
 //!
 //! Codes: `E2001` unknown name, `E2002` unknown type, `E2003` type mismatch, `E2004` no overload fits, `E2005` ambiguous
 //! call, `E2006` not assignable, `E2007` redeclared, `E2008` control flow out of place, `E2009` missing return, `E2010`
-//! recursion, `E2011` arrays, `E2012` structs, `E2013` shaders and parameters, `E2014` metadata, `E2016` token/value arguments, `E2018` writes; `W2001` shadowing and
-//! the like, `W2008` tokens that a closure does not know, `W2009` closures that nothing maps.
+//! recursion, `E2011` arrays, `E2012` structs, `E2013` shaders and parameters, `E2014` metadata, `E2016` token/value arguments, `E2018` writes,
+//! `E2019` reserved names; `W2001` shadowing and the like, `W2008` tokens that a closure does not know, `W2009` closures that nothing maps.
 
 mod call;
 mod closure;

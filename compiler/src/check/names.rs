@@ -21,6 +21,13 @@ fn is_builtin(name: &str) -> bool {
 }
 
 impl Checker {
+    /// Reports a name that compilers keep for themselves: in `.oso` files they tell variables of inner scopes apart.
+    pub(super) fn check_reserved(&mut self, name: &ast::Ident) {
+        if name.name.starts_with("___") {
+            self.error(Diagnostic::error("E2019", name.span, "a name cannot begin with three underscores"));
+        }
+    }
+
     /// Reports a name that the innermost scope has already. A parameter of a shader may have the name of a function: it hides it,
     /// which is worth a warning. Whether the name can be declared.
     pub(super) fn check_unused(&mut self, name: &ast::Ident, hides_functions: bool) -> bool {

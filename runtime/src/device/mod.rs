@@ -191,11 +191,13 @@ impl Device {
         out
     }
 
-    /// Build options with those that get around what this device's compiler does wrong (kernels/context.h), and without its
-    /// warnings: nobody reads them, and PoCL's clang counts them on standard error.
+    /// Build options with what kernels know of the device (OSLCL_CPU) and those that get around what its compiler does wrong
+    /// (kernels/context.h), and without its warnings: nobody reads them, and PoCL's clang counts them on standard error.
     pub(crate) fn options(&self, options: &str) -> String {
-        let lane_by_lane = self.info.kind == DeviceKind::Cpu && self.info.platform.contains("Intel");
-        format!("{options} -w{}", if lane_by_lane { " -D OSLCL_LANE_BY_LANE" } else { "" })
+        let is_cpu = self.info.kind == DeviceKind::Cpu;
+        let lane_by_lane = is_cpu && self.info.platform.contains("Intel");
+        let cpu = if is_cpu { " -D OSLCL_CPU" } else { "" };
+        format!("{options} -w{cpu}{}", if lane_by_lane { " -D OSLCL_LANE_BY_LANE" } else { "" })
     }
 
     /// Waits until all that was queued is done.
