@@ -19,17 +19,29 @@ static inline uint path_seed(const Context *c, uint slot, uint block)
     return seed;
 }
 
-static inline uint4 path_random_bits(const Context *c, uint slot, uint block)
+static inline PixelPoints path_points(const Context *c, uint slot, uint block)
 {
-    const uint pixel = path_pixel(c, slot), sample = path_get_uint(c, PATHU_sample, slot), seed = path_seed(c, slot, block);
+    return pixel_points(path_pixel(c, slot), block, path_seed(c, slot, block));
+}
+
+// For those who have the points of the slot's pixel already.
+static inline uint4 path_point(const Context *c, uint slot, const PixelPoints *points)
+{
+    const uint sample = path_get_uint(c, PATHU_sample, slot);
 #ifdef HAS_SHARED_CUBES
     // A bounce has one cube for the light's direction and its own: they find light in different ways, and each is even.
-    const uint width = setting(c, SETTING_width);
-    const uint2 at = (uint2)(pixel % width, pixel / width);
+    const uint width = setting(c, SETTING_width), block = points->block, seed = points->seed;
+    const uint2 at = (uint2)(points->pixel % width, points->pixel / width);
     return (uint4)(cube3(at, sample, (block + 1) / 2, seed), cube1(at, sample, block, seed));
 #else
-    return sample_bits(pixel, sample, block, seed);
+    return pixel_point(points, sample);
 #endif
+}
+
+static inline uint4 path_random_bits(const Context *c, uint slot, uint block)
+{
+    const PixelPoints points = path_points(c, slot, block);
+    return path_point(c, slot, &points);
 }
 
 static inline real4 path_random(const Context *c, uint slot, uint block)

@@ -77,23 +77,43 @@ static inline uint4 sobol_reversed(uint index)
     return v;
 }
 
-// A block is four dimensions of its own, scrambled and put in its own order by the pixel: Burley, "Practical Hash-based Owen
-// Scrambling", JCGT 9(4), 2020.
-static inline uint4 sample_bits(uint pixel, uint sample, uint block, uint seed)
-{
-    const uint4 hash = random_bits(pixel, 0x9e3779b9u, block, seed);
-    const uint order = (hash.x ^ (hash.y * 0x2c1b3c6du)) + (hash.z ^ (hash.w * 0x297a2d39u));
-    const uint index = reverse_bits(scramble_reversed((uint4)(reverse_bits(sample)), (uint4)(order)).x);
-    const uint4 v = scramble_reversed(sobol_reversed(index), hash);
-    return (uint4)(reverse_bits(v.x), reverse_bits(v.y), reverse_bits(v.z), reverse_bits(v.w));
-}
-#else
-// Independent numbers.
-static inline uint4 sample_bits(uint pixel, uint sample, uint block, uint seed)
-{
-    return random_bits(pixel, sample, block, seed);
-}
+#endif // SAMPLER_SOBOL
+
+// What the samples of a pixel have in common in a block of dimensions. SAMPLER_SOBOL: a block is four dimensions of its own,
+// scrambled and put in its own order by the pixel: Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020. Else independent
+// numbers.
+typedef struct {
+    uint pixel, block, seed;
+#ifdef SAMPLER_SOBOL
+    uint4 hash;
+    uint order;
 #endif
+} PixelPoints;
+
+static inline PixelPoints pixel_points(uint pixel, uint block, uint seed)
+{
+    PixelPoints p;
+    p.pixel = pixel;
+    p.block = block;
+    p.seed = seed;
+#ifdef SAMPLER_SOBOL
+    const uint4 hash = random_bits(pixel, 0x9e3779b9u, block, seed);
+    p.hash = hash;
+    p.order = (hash.x ^ (hash.y * 0x2c1b3c6du)) + (hash.z ^ (hash.w * 0x297a2d39u));
+#endif
+    return p;
+}
+
+static inline uint4 pixel_point(const PixelPoints *p, uint sample)
+{
+#ifdef SAMPLER_SOBOL
+    const uint index = reverse_bits(scramble_reversed((uint4)(reverse_bits(sample)), (uint4)(p->order)).x);
+    const uint4 v = scramble_reversed(sobol_reversed(index), p->hash);
+    return (uint4)(reverse_bits(v.x), reverse_bits(v.y), reverse_bits(v.z), reverse_bits(v.w));
+#else
+    return random_bits(p->pixel, sample, p->block, p->seed);
+#endif
+}
 
 // Uniform in [0,1): 24 bits in both precisions, so that f64 runs on the same numbers as f32 and 1 is never reached. The low 8 bits of
 // each word are left for others.
@@ -105,7 +125,8 @@ static inline real4 random_reals(uint4 bits)
 
 static inline real4 random4(uint pixel, uint sample, uint block, uint seed)
 {
-    return random_reals(sample_bits(pixel, sample, block, seed));
+    const PixelPoints points = pixel_points(pixel, block, seed);
+    return random_reals(pixel_point(&points, sample));
 }
 
 #endif

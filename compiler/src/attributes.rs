@@ -2,8 +2,8 @@
 //!
 //! In: the names that a shader asks for. Out: constants. It must not know the syntax tree or any target.
 
-use crate::interp::ops::truncated;
 use crate::ir::Const;
+use crate::types::truncated;
 
 /// A value of an attribute.
 pub use crate::ir::Const as Value;

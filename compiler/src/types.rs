@@ -112,3 +112,8 @@ pub struct Traits {
     /// An unsized array, whose length binding and connections give.
     pub open: bool,
 }
+
+/// A float as an int: towards zero; the smallest int for what no int holds, and for NaN.
+pub fn truncated(x: f64) -> i32 {
+    if (-2_147_483_648.0..2_147_483_648.0).contains(&x) { x as i32 } else { i32::MIN }
+}

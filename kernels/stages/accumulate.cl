@@ -10,7 +10,8 @@ __kernel void accumulate(STAGE_ARGS)
     int queue = QUEUE_NONE;
     if (queue_slot(&c, QUEUE_done, &slot)) {
         stage_accumulate(&c, slot);
-        queue = stage_ray_gen(&c, slot, 0);
+        const PixelPoints points = path_points(&c, slot, BLOCK_CAMERA);
+        queue = stage_ray_gen(&c, slot, 0, &points);
     }
     QUEUE_PUSH(&c, queue, slot);
 }

@@ -6,6 +6,9 @@ __kernel void ray_gen(STAGE_ARGS)
     STAGE_CONTEXT(c);
     const uint slot = get_global_id(0);
     int queue = QUEUE_NONE;
-    if (slot < setting(&c, SETTING_slots)) queue = stage_ray_gen(&c, slot, 1);
+    if (slot < setting(&c, SETTING_slots)) {
+        const PixelPoints points = path_points(&c, slot, BLOCK_CAMERA);
+        queue = stage_ray_gen(&c, slot, 1, &points);
+    }
     QUEUE_PUSH(&c, queue, slot);
 }

@@ -21,12 +21,13 @@ __kernel void trace(STAGE_ARGS)
     barrier(CLK_LOCAL_MEM_FENCE);
     if (queue_slot(&c, QUEUE_trace, &slot)) {
         uint rays = 0, samples = 0;
+        PixelPoints points;
         for (;;) {
             queue = stage_trace(&c, slot);
             if (queue != QUEUE_done || samples == SAMPLES_IN_A_ROW) break;
             stage_accumulate(&c, slot);
-            samples++;
-            queue = stage_ray_gen(&c, slot, 0);
+            if (samples++ == 0) points = path_points(&c, slot, BLOCK_CAMERA);
+            queue = stage_ray_gen(&c, slot, 0, &points);
             if (queue == QUEUE_NONE) break;
             rays++;
         }

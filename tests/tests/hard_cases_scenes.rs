@@ -1,12 +1,14 @@
 //! Hard cases of whole scenes: at all scales and places, with surfaces and attributes that are degenerate, in closed rooms.
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+use oslcl_runtime::film::Picture;
 use oslcl_runtime::precision::Precision;
 use oslcl_runtime::render;
-use oslcl_runtime::scene::{Camera, Mesh};
+use oslcl_runtime::scene::{self, Camera, Film, Mesh};
 use oslcl_tests::hard_cases::pictures::{corner, distance, furnace, mean, render, sky};
 use oslcl_tests::hard_cases::{each, meshes};
 use oslcl_tests::scenes::{self, empty, material, mesh, place, wall};
+use std::path::Path;
 
 const DIFFUSE: &str = "surface d() { Ci = diffuse(N); }";
 const HALF: &str = "surface d() { Ci = 0.5 * diffuse(N); }";
@@ -27,6 +29,43 @@ fn a_scene_looks_the_same_at_any_scale_and_place() {
             let what = format!("corner {name}: difference of the picture, as a part");
             // Paths that rounding sends elsewhere differ by all of their light; f64 at 1e7 units has 1e-9 of a unit.
             ledger.at_most(&what, distance(&picture, &base), if run.precision.is_double() { 1e-5 } else { 5e-3 });
+        }
+    });
+}
+
+/// The root of the mean squared difference of two pictures' numbers.
+fn root_mean_square(a: &Picture, b: &Picture) -> f64 {
+    let squares = a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(p, q)| f64::from(p - q).powi(2));
+    (squares.sum::<f64>() / (3 * a.pixels.len()) as f64).sqrt()
+}
+
+/// Whole scenes in each arithmetic: by the same random numbers they differ where rounding sends a path elsewhere, which must be
+/// less than what chance does.
+#[test]
+fn all_precisions_agree_within_the_sampling_error() {
+    const FILES: [&str; 4] = ["scenes/r1.toml", "scenes/r2.toml", "scenes/lake.toml", "../scenes/gallery.toml"];
+    let mut standard = Vec::new();
+    each("scenes", |run, ledger| {
+        if run.precision == Precision::Standard {
+            standard.clear();
+        }
+        for (index, file) in FILES.iter().take(run.count(1, FILES.len())).enumerate() {
+            let mut scene = scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("a scene");
+            scene.film = Film { width: 64, height: 64 * scene.film.height / scene.film.width };
+            scene.integrator.samples = 64;
+            let name = file.rsplit('/').next().unwrap_or(file);
+            let picture = render(run, ledger, name, &scene).0;
+            if run.precision == Precision::Standard {
+                scene.integrator.seed += 1;
+                let other = render(run, ledger, name, &scene).0;
+                // Both have the error of sampling.
+                let error = root_mean_square(&picture, &other) / 2.0_f64.sqrt();
+                standard.push((picture.clone(), error));
+            }
+            let (base, error) = &standard[index];
+            assert!(*error > 0.0, "{name}: chance does something");
+            let what = format!("{name}: difference from standard by the same random numbers, in sampling errors");
+            ledger.at_most(&what, root_mean_square(&picture, base) / error, 1.0);
         }
     });
 }

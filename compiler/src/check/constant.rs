@@ -3,7 +3,7 @@
 use super::typed::{Expr, ExprKind};
 use crate::ast::BinaryOp;
 use crate::reflect::Value;
-use crate::types::{Base, Type};
+use crate::types::{Base, Type, truncated};
 
 /// The value, when the expression is made of literals, conversions, constructors and arithmetic.
 pub(crate) fn value(e: &Expr) -> Option<Value> {
@@ -37,7 +37,7 @@ fn convert(v: Value, to: Type) -> Option<Value> {
         return Some(v);
     }
     Some(match (to.base, &v) {
-        (Base::Int, _) => Value::Int(number(&v)? as i32),
+        (Base::Int, _) => Value::Int(truncated(number(&v)?)),
         (Base::Float, _) => Value::Float(number(&v)?),
         (Base::Matrix, Value::Int(_) | Value::Float(_)) => {
             let d = number(&v)?;

@@ -262,26 +262,32 @@ pub(crate) fn visit<'e>(e: &'e Expr, see: &mut dyn FnMut(&'e Expr)) {
     let mut todo = vec![e];
     while let Some(e) = todo.pop() {
         see(e);
-        match &e.kind {
-            ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::Var(_) => {}
-            ExprKind::Field(a, _)
-            | ExprKind::Convert(a)
-            | ExprKind::Truth(a)
-            | ExprKind::Neg(a)
-            | ExprKind::Not(a)
-            | ExprKind::Compl(a)
-            | ExprKind::IncDec(_, a) => todo.push(a),
-            ExprKind::Index(a, b)
-            | ExprKind::Component(a, b)
-            | ExprKind::Binary(_, a, b)
-            | ExprKind::Assign(a, b)
-            | ExprKind::AssignOp(_, a, b) => todo.extend([&**a, &**b]),
-            ExprKind::Element(a, b, c) | ExprKind::Ternary(a, b, c) => todo.extend([&**a, &**b, &**c]),
-            ExprKind::Call(_, list) | ExprKind::Construct(list) | ExprKind::List(list) | ExprKind::Comma(list) => {
-                todo.extend(list);
-            }
-        }
+        todo.extend(parts(e));
     }
+}
+
+/// The expressions right inside one.
+pub(crate) fn parts(e: &Expr) -> impl Iterator<Item = &Expr> {
+    let (few, many): ([Option<&Expr>; 3], &[Expr]) = match &e.kind {
+        ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::Var(_) => ([None; 3], &[]),
+        ExprKind::Field(a, _)
+        | ExprKind::Convert(a)
+        | ExprKind::Truth(a)
+        | ExprKind::Neg(a)
+        | ExprKind::Not(a)
+        | ExprKind::Compl(a)
+        | ExprKind::IncDec(_, a) => ([Some(a), None, None], &[]),
+        ExprKind::Index(a, b)
+        | ExprKind::Component(a, b)
+        | ExprKind::Binary(_, a, b)
+        | ExprKind::Assign(a, b)
+        | ExprKind::AssignOp(_, a, b) => ([Some(a), Some(b), None], &[]),
+        ExprKind::Element(a, b, c) | ExprKind::Ternary(a, b, c) => ([Some(a), Some(b), Some(c)], &[]),
+        ExprKind::Call(_, list) | ExprKind::Construct(list) | ExprKind::List(list) | ExprKind::Comma(list) => {
+            ([None; 3], list)
+        }
+    };
+    few.into_iter().flatten().chain(many)
 }
 
 /// The expressions of statements, outermost.

@@ -4,6 +4,7 @@
 //! operators mean; the folder and the interpreter both ask it.
 
 use crate::ir::{BinaryOp, Const, Inst, Ty, UnaryOp};
+use crate::types::truncated;
 
 /// The identity, row-major.
 pub const IDENTITY: [f64; 16] = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.];
@@ -89,11 +90,6 @@ fn unary(op: UnaryOp, a: &Const) -> Option<Const> {
         (UnaryOp::Not, Const::Int(v)) => Const::Int((*v == 0) as i32),
         _ => return None,
     })
-}
-
-/// A float as an int: towards zero; the smallest int for what no int holds, and for NaN.
-pub fn truncated(x: f64) -> i32 {
-    if (-2_147_483_648.0..2_147_483_648.0).contains(&x) { x as i32 } else { i32::MIN }
 }
 
 /// int -> float, float -> int (`truncated`), float -> triple, float -> matrix (diagonal).

@@ -3,11 +3,11 @@
 //! In: calls. Out: operations and the symbols of results. It must not know statements.
 
 use super::write::{Frame, Writer};
-use super::write_expr::{is_struct, parts};
+use super::write_expr::is_struct;
 use super::write_symbols::{Home, Place};
 use super::{Access, SymId, SymbolKind};
 use crate::builtins::{self, sig};
-use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt, VarId, VendorClosure};
+use crate::check::typed::{Callee, Expr, ExprKind, FunctionId, Shader, Stmt, VarId, VendorClosure, parts};
 use crate::diag::Diagnostic;
 use crate::types::{Base, Type};
 use std::collections::HashSet;

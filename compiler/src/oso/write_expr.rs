@@ -6,7 +6,7 @@ use super::write::Writer;
 use super::write_symbols::{Home, Place};
 use super::{Literal, SymId, SymbolKind};
 use crate::ast::{BinaryOp, IncDecOp};
-use crate::check::typed::{Callee, Expr, ExprKind};
+use crate::check::typed::{Callee, Expr, ExprKind, parts};
 use crate::types::{Base, Extent, Type};
 
 /// The operation of a binary operator.
@@ -473,29 +473,6 @@ impl Writer<'_> {
 
 pub(super) fn is_struct(ty: Type) -> bool {
     matches!(ty.base, Base::Struct(_))
-}
-
-/// The expressions right inside one.
-pub(super) fn parts(e: &Expr) -> Vec<&Expr> {
-    match &e.kind {
-        ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::Var(_) => Vec::new(),
-        ExprKind::Field(a, _)
-        | ExprKind::Convert(a)
-        | ExprKind::Truth(a)
-        | ExprKind::Neg(a)
-        | ExprKind::Not(a)
-        | ExprKind::Compl(a)
-        | ExprKind::IncDec(_, a) => vec![a],
-        ExprKind::Index(a, b)
-        | ExprKind::Component(a, b)
-        | ExprKind::Binary(_, a, b)
-        | ExprKind::Assign(a, b)
-        | ExprKind::AssignOp(_, a, b) => vec![a, b],
-        ExprKind::Element(a, b, c) | ExprKind::Ternary(a, b, c) => vec![a, b, c],
-        ExprKind::Call(_, list) | ExprKind::Construct(list) | ExprKind::List(list) | ExprKind::Comma(list) => {
-            list.iter().collect()
-        }
-    }
 }
 
 /// Whether evaluating it may change a variable.
