@@ -68,6 +68,9 @@ const STEPS: [(&str, &str); 10] = [
     ),
 ];
 
+/// How many times as many runs are made while their interval has slower and faster ones.
+const RUNS_IF_OPEN: u32 = 4;
+
 /// The scene with the first `count` steps.
 fn scene(count: usize, size: (u32, u32), spp: u32) -> Result<Scene, Error> {
     let sky = if count > 5 {
@@ -90,9 +93,8 @@ fn scene(count: usize, size: (u32, u32), spp: u32) -> Result<Scene, Error> {
 /// One scene, both ways.
 struct Row {
     title: &'static str,
-    /// Seconds of each run.
-    planned: Vec<f64>,
-    forced: Vec<f64>,
+    /// Seconds of each run, planned and forced.
+    seconds: [Vec<f64>; 2],
     bytes: [u64; 2],
     effects: usize,
     kernels: [usize; 2],
@@ -119,8 +121,8 @@ pub fn run(args: &EffectsArgs) -> Result<(), Error> {
         "Written by `oslcl bench effects`, a section for each device. Each scene has what those above it have and something more. \
          \"Forced\" is the same scene with all {} effects forced on: all but `double_precision`, what other renderers do, and what is only in \
          the code of materials that ask for it. Times are \
-         medians, taken in turn; behind them the least and the greatest. *Times faster* is the geometric mean over the pairs of runs, with its \
-         95 % confidence interval.",
+         medians, taken in turn, now the one first and now the other; behind them the least and the greatest. *Times faster* is the geometric mean over \
+         the pairs of runs, with its 95 % confidence interval; while that has 1 in it, up to {RUNS_IF_OPEN} times as many runs are made.",
         all_effects().count()
     );
     Page { title: "What planning saves", intro }.write(&args.output, &device.info.name, &section)
@@ -133,34 +135,42 @@ fn row(title: &'static str, scene: &Scene, device: &Device, runs: u32) -> Result
     let forced = Options { choices: forced, ..plain };
     let mut sessions =
         [Session::new(scene, device, &plain).map_err(say)?, Session::new(scene, device, &forced).map_err(say)?];
-    let mut seconds = [Vec::new(), Vec::new()];
     let mut seen: [Option<(Vec<[f32; 3]>, Summary)>; 2] = [None, None];
-    // Turn by turn, so that what else the machine does meets both alike; the first of each warms up.
-    for run in 0..=runs {
-        for (which, session) in sessions.iter_mut().enumerate() {
-            let (picture, summary) = session.render(&mut |_| {}).map_err(say)?;
-            if run > 0 {
-                seconds[which].push(summary.render_time.as_secs_f64());
-            }
-            seen[which] = Some((picture.pixels, summary));
+    let mut once = |which: usize| {
+        let (picture, summary) = sessions[which].render(&mut |_| {}).map_err(say)?;
+        let seconds = summary.render_time.as_secs_f64();
+        seen[which] = Some((picture.pixels, summary));
+        Ok::<f64, Error>(seconds)
+    };
+    // The first of each warms up.
+    once(0)?;
+    once(1)?;
+    let mut seconds = [Vec::new(), Vec::new()];
+    loop {
+        let pairs = seconds[0].len();
+        let [_, least, most] = gain(&seconds);
+        let wanted = if least < 1.0 && most > 1.0 { RUNS_IF_OPEN * runs } else { runs };
+        if pairs >= wanted as usize {
+            break;
+        }
+        // In turn, now the one first and now the other, so that what else the machine does meets both alike.
+        for which in if pairs.is_multiple_of(2) { [0, 1] } else { [1, 0] } {
+            seconds[which].push(once(which)?);
         }
     }
-    let [planned, forced] = seconds;
     let bytes = seen.each_ref().map(|s| s.as_ref().map_or(0, |(_, s)| s.bytes_per_path));
     let kernels =
         seen.each_ref().map(|s| s.as_ref().map_or(0, |(_, s)| s.plan.programs.iter().map(|p| p.stages.len()).sum()));
     let effects = seen[0].as_ref().map_or(0, |(_, s)| s.plan.decisions.iter().filter(|d| d.is_on()).count());
     let same = matches!(&seen, [Some((a, _)), Some((b, _))] if a == b);
-    Ok(Row { title, planned, forced, bytes, effects, kernels, same })
+    Ok(Row { title, seconds, bytes, effects, kernels, same })
 }
 
-impl Row {
-    /// How many times faster the planned one is: the geometric mean over the pairs of runs, and its 95 % confidence interval.
-    fn gain(&self) -> [f64; 3] {
-        let ratios: Vec<f64> = self.planned.iter().zip(&self.forced).map(|(p, f)| (f / p).ln()).collect();
-        let Estimate { value, within } = estimate(&ratios);
-        [value, value - within, value + within].map(f64::exp)
-    }
+/// How many times faster the planned one is: the geometric mean over the pairs of runs, and its 95 % confidence interval.
+fn gain([planned, forced]: &[Vec<f64>; 2]) -> [f64; 3] {
+    let ratios: Vec<f64> = planned.iter().zip(forced).map(|(p, f)| (f / p).ln()).collect();
+    let Estimate { value, within } = estimate(&ratios);
+    [value, value - within, value + within].map(f64::exp)
 }
 
 fn median(sample: &[f64]) -> f64 {
@@ -185,14 +195,14 @@ fn section(rows: &[Row], args: &EffectsArgs) -> String {
             let (least, most) = s.iter().fold((f64::MAX, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
             format!("{:.1} ({:.1} to {:.1})", 1e3 * median(s), 1e3 * least, 1e3 * most)
         };
-        let [gain, least, most] = r.gain();
+        let [gain, least, most] = gain(&r.seconds);
         let _ = writeln!(
             out,
             "| {} | {} | {} | {} | {gain:.2} ({least:.2} to {most:.2}) | {} | {} | {} | {} | {} |",
             r.title,
             r.effects,
-            time(&r.planned),
-            time(&r.forced),
+            time(&r.seconds[0]),
+            time(&r.seconds[1]),
             r.bytes[0],
             r.bytes[1],
             r.kernels[0],
@@ -200,8 +210,8 @@ fn section(rows: &[Row], args: &EffectsArgs) -> String {
             if r.same { "yes" } else { "no" }
         );
     }
-    let simplest = rows.first().map_or(f64::NAN, |r| r.gain()[0]);
-    let slower: Vec<&str> = rows.iter().filter(|r| r.gain()[0] < 1.0).map(|r| r.title).collect();
+    let simplest = rows.first().map_or(f64::NAN, |r| gain(&r.seconds)[0]);
+    let slower: Vec<&str> = rows.iter().filter(|r| gain(&r.seconds)[0] < 1.0).map(|r| r.title).collect();
     let _ = writeln!(
         out,
         "\nMarks: at least 2 times faster on the simplest scene: {} ({simplest:.2}). Never slower: {}.",
@@ -229,19 +239,11 @@ mod tests {
 
     #[test]
     fn gains_come_with_their_spread() {
-        let row = |planned: &[f64], forced: &[f64]| Row {
-            title: "",
-            planned: planned.to_vec(),
-            forced: forced.to_vec(),
-            bytes: [0; 2],
-            effects: 0,
-            kernels: [0; 2],
-            same: true,
-        };
-        let [gain, least, most] = row(&[1.0, 1.0, 1.0], &[2.0, 2.0, 2.0]).gain();
+        let of = |planned: &[f64], forced: &[f64]| gain(&[planned.to_vec(), forced.to_vec()]);
+        let [gain, least, most] = of(&[1.0, 1.0, 1.0], &[2.0, 2.0, 2.0]);
         assert!((gain - 2.0).abs() < 1e-12 && (most - least).abs() < 1e-12);
         // A twentieth slower in the mean, by one run out of three.
-        let [gain, least, most] = row(&[1.0, 1.0, 1.16], &[1.0, 1.0, 1.0]).gain();
+        let [gain, least, most] = of(&[1.0, 1.0, 1.16], &[1.0, 1.0, 1.0]);
         assert!(gain < 1.0 && least < 1.0 && most > 1.0);
     }
 
