@@ -5,7 +5,10 @@
 
 use super::hash::hash;
 use crate::ir::{Const, Ty};
-use std::f64::consts::{LN_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
+
+/// sqrt(pi / ln 2), as the reference implementation rounds it.
+const WIDTH: f32 = 2.128_934;
 
 type V3 = [f64; 3];
 type M2 = [[f64; 2]; 2];
@@ -215,7 +218,7 @@ pub(super) struct Call {
 impl Call {
     fn noise(&self) -> Noise<'_> {
         let octaves = self.options.bandwidth.clamp(0.01, 100.0).exp2();
-        let a = 2.0 * (octaves - 1.0) / (octaves + 1.0) * (PI / LN_2).sqrt();
+        let a = 2.0 * (octaves - 1.0) / (octaves + 1.0) * f64::from(WIDTH);
         let [dx, dy] = self.differences;
         Noise {
             options: &self.options,
