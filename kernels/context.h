@@ -160,7 +160,7 @@ static inline void queue_store(const Context *c, int queue, uint at, uint slot)
     if ((queue) >= 0) queue_store(c, queue, push_base[queue] + push_rank, slot);
 
 // Adds to a 64-bit count in two words, whoever else does.
-static inline void count(const Context *c, uint counter, uint n)
+static inline void add_to_count(const Context *c, uint counter, uint n)
 {
     const uint before = atomic_add(&c->counters[counter], n);
     if (before + n < before) atomic_inc(&c->counters[counter + 1]);

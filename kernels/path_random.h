@@ -19,29 +19,29 @@ static inline uint path_seed(const Context *c, uint slot, uint block)
     return seed;
 }
 
-static inline PixelPoints path_points(const Context *c, uint slot, uint block)
+static inline PixelSequence path_sequence(const Context *c, uint slot, uint block)
 {
-    return pixel_points(path_pixel(c, slot), block, path_seed(c, slot, block));
+    return pixel_sequence(path_pixel(c, slot), block, path_seed(c, slot, block));
 }
 
-// For those who have the points of the slot's pixel already.
-static inline uint4 path_point(const Context *c, uint slot, const PixelPoints *points)
+// For those who have the sequence already.
+static inline uint4 path_point(const Context *c, uint slot, const PixelSequence *sequence)
 {
     const uint sample = path_get_uint(c, PATHU_sample, slot);
 #ifdef HAS_SHARED_CUBES
     // A bounce has one cube for the light's direction and its own: they find light in different ways, and each is even.
-    const uint width = setting(c, SETTING_width), block = points->block, seed = points->seed;
-    const uint2 at = (uint2)(points->pixel % width, points->pixel / width);
+    const uint width = setting(c, SETTING_width), block = sequence->block, seed = sequence->seed;
+    const uint2 at = (uint2)(sequence->pixel % width, sequence->pixel / width);
     return (uint4)(cube3(at, sample, (block + 1) / 2, seed), cube1(at, sample, block, seed));
 #else
-    return pixel_point(points, sample);
+    return sequence_point(sequence, sample);
 #endif
 }
 
 static inline uint4 path_random_bits(const Context *c, uint slot, uint block)
 {
-    const PixelPoints points = path_points(c, slot, block);
-    return path_point(c, slot, &points);
+    const PixelSequence sequence = path_sequence(c, slot, block);
+    return path_point(c, slot, &sequence);
 }
 
 static inline real4 path_random(const Context *c, uint slot, uint block)

@@ -88,11 +88,11 @@ typedef struct {
     uint4 hash;
     uint order;
 #endif
-} PixelPoints;
+} PixelSequence;
 
-static inline PixelPoints pixel_points(uint pixel, uint block, uint seed)
+static inline PixelSequence pixel_sequence(uint pixel, uint block, uint seed)
 {
-    PixelPoints p;
+    PixelSequence p;
     p.pixel = pixel;
     p.block = block;
     p.seed = seed;
@@ -104,7 +104,7 @@ static inline PixelPoints pixel_points(uint pixel, uint block, uint seed)
     return p;
 }
 
-static inline uint4 pixel_point(const PixelPoints *p, uint sample)
+static inline uint4 sequence_point(const PixelSequence *p, uint sample)
 {
 #ifdef SAMPLER_SOBOL
     const uint index = reverse_bits(scramble_reversed((uint4)(reverse_bits(sample)), (uint4)(p->order)).x);
@@ -125,8 +125,8 @@ static inline real4 random_reals(uint4 bits)
 
 static inline real4 random4(uint pixel, uint sample, uint block, uint seed)
 {
-    const PixelPoints points = pixel_points(pixel, block, seed);
-    return random_reals(pixel_point(&points, sample));
+    const PixelSequence sequence = pixel_sequence(pixel, block, seed);
+    return random_reals(sequence_point(&sequence, sample));
 }
 
 #endif

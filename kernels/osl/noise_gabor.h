@@ -124,8 +124,10 @@ static inline Gabor gabor_setup(real3 dpdx, real3 dpdy, int anisotropic, real3 d
     const real below = octaves - 1, above = octaves + 1, ratio = below / above, lost = fma(-ratio, above, below) / above;
     g.a = GABOR_FREQUENCY * fma(ratio, GABOR_WIDTH, lost * GABOR_WIDTH);
     g.radius = sqrt((real)(GABOR_CUT / PI)) / g.a;
-    real density = clamp(impulses, (real)1, (real)32) / (1.33333 * PI);
-    g.mean = (float)density;
+    const real many = clamp(impulses, (real)1, (real)32), density = many / (real)(1.33333 * PI);
+    // Rounded as in the reference: whether a cell has one kernel more is a matter of the last digit.
+    const float radius = (float)g.radius, cube = radius * radius * radius;
+    g.mean = (float)many / ((float)(1.33333 * PI) * cube) * cube;
     // One over the square root of the density, and of 9 times the variance; half of that fits into [-1, 1].
     real r3 = g.radius * g.radius * g.radius, a3 = g.a * g.a * g.a;
     g.amplitude = sqrt(r3 / density) * sqrt(a3 * 5.65685424949238019521) * (1 / 6.0);

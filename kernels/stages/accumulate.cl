@@ -5,13 +5,13 @@
 __kernel void accumulate(STAGE_ARGS)
 {
     STAGE_CONTEXT(c);
-    if (get_global_id(0) == 0) count(&c, COUNTER_samples, c.counters[QUEUE_done]);
+    if (get_global_id(0) == 0) add_to_count(&c, COUNTER_samples, c.counters[QUEUE_done]);
     uint slot = 0;
     int queue = QUEUE_NONE;
     if (queue_slot(&c, QUEUE_done, &slot)) {
         stage_accumulate(&c, slot);
-        const PixelPoints points = path_points(&c, slot, BLOCK_CAMERA);
-        queue = stage_ray_gen(&c, slot, 0, &points);
+        const PixelSequence sequence = path_sequence(&c, slot, BLOCK_CAMERA);
+        queue = stage_ray_gen(&c, slot, 0, &sequence);
     }
     QUEUE_PUSH(&c, queue, slot);
 }

@@ -38,7 +38,7 @@ static inline void stage_accumulate(const Context *c, uint slot)
 #ifdef PATHU_turn
     if (!is_last) {
         path_set_turn(c, slot, turn, turns);
-        count(c, COUNTER_turns, 1);
+        add_to_count(c, COUNTER_turns, 1);
         return;
     }
     path_set_turn(c, slot, 0, 1);

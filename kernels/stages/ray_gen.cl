@@ -7,8 +7,8 @@ __kernel void ray_gen(STAGE_ARGS)
     const uint slot = get_global_id(0);
     int queue = QUEUE_NONE;
     if (slot < setting(&c, SETTING_slots)) {
-        const PixelPoints points = path_points(&c, slot, BLOCK_CAMERA);
-        queue = stage_ray_gen(&c, slot, 1, &points);
+        const PixelSequence sequence = path_sequence(&c, slot, BLOCK_CAMERA);
+        queue = stage_ray_gen(&c, slot, 1, &sequence);
     }
     QUEUE_PUSH(&c, queue, slot);
 }

@@ -20,8 +20,8 @@ static inline real tent(real u)
 }
 #endif
 
-// points: path_points(c, slot, BLOCK_CAMERA).
-static inline int stage_ray_gen(const Context *c, uint slot, int start, const PixelPoints *points)
+// sequence: path_sequence(c, slot, BLOCK_CAMERA).
+static inline int stage_ray_gen(const Context *c, uint slot, int start, const PixelSequence *sequence)
 {
     const uint per_pixel = setting(c, SETTING_slots_per_pixel);
     uint sample = start ? setting(c, SETTING_sample_first) + slot % per_pixel
@@ -34,8 +34,8 @@ static inline int stage_ray_gen(const Context *c, uint slot, int start, const Pi
     path_set_uint(c, PATHU_sample, slot, sample);
     if (sample >= setting(c, SETTING_sample_end)) return QUEUE_NONE;
     const uint width = setting(c, SETTING_width), height = setting(c, SETTING_height);
-    const uint pixel = points->pixel;
-    real4 u = random_reals(path_point(c, slot, points));
+    const uint pixel = sequence->pixel;
+    real4 u = random_reals(path_point(c, slot, sequence));
     // Film coordinates in [-1,1]: x to the right, y up. A box filter of one pixel, unless another is asked for.
 #ifdef HAS_TENT_FILTER
     if (setting(c, SETTING_filter) == FILTER_TENT) {

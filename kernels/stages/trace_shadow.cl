@@ -4,7 +4,7 @@
 __kernel void trace_shadow(STAGE_ARGS)
 {
     STAGE_CONTEXT(c);
-    if (get_global_id(0) == 0) count(&c, COUNTER_shadow_rays, c.counters[QUEUE_shadow]);
+    if (get_global_id(0) == 0) add_to_count(&c, COUNTER_shadow_rays, c.counters[QUEUE_shadow]);
     uint slot = 0;
     int queue = QUEUE_NONE;
     if (queue_slot(&c, QUEUE_shadow, &slot)) queue = stage_trace_shadow(&c, slot);

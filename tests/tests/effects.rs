@@ -12,6 +12,7 @@ use oslcl_runtime::programs;
 use oslcl_runtime::render::Options;
 use oslcl_runtime::scene::{Film, Filter, MaterialId, Mesh, ParamValue, Scene, VertexData};
 use oslcl_runtime::session::Session;
+use oslcl_runtime::wavefront::Counts;
 use oslcl_tests::scenes::{empty, material, mesh, place, sphere, wall};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -34,6 +35,7 @@ struct Seen {
 /// A render and what it was made of.
 struct Made {
     seen: Seen,
+    counts: Counts,
     /// The texts of all programs, as the device gets them.
     text: String,
     buffers: Vec<&'static str>,
@@ -57,6 +59,7 @@ fn make(scene: &Scene, force: &[Effect], without: &[Effect], choices: impl Into<
             alpha: picture.alpha.iter().map(|a| a.to_bits()).collect(),
             said: summary.messages.told.iter().map(|t| t.text.clone()).collect(),
         },
+        counts: summary.counts,
         text,
         buffers: summary.buffers.iter().map(|(name, _)| *name).collect(),
         stages: summary.launches.keys().map(|(stage, _)| stage.name()).collect(),
@@ -563,6 +566,31 @@ fn all_effects_together_change_nothing_either() {
         let plain = make(&scene, &[], &[], Precision::Standard);
         let forced = make(&scene, &all, &[], Precision::Standard);
         assert_eq!(plain.seen, forced.seen);
+    }
+}
+
+/// Where the sky is known without a shader, CPUs take the samples of a slot in a row (kernels/stages/trace.cl): more than a launch
+/// takes of them, in a picture of more pixels than there are slots, with all that a sample's end counts.
+#[test]
+fn samples_in_a_row_are_the_same_samples() {
+    let units = device().lock().unwrap_or_else(|e| e.into_inner()).info.units.clamp(1, 16);
+    let side = f64::from(units * 8192 + 64).sqrt().ceil() as u32;
+    let mut scene = under(tiny(), FLAT_SKY);
+    let source = "surface h() { Ci = 0.3 * diffuse(N) + 0.2 * reflection(N) + 0.2 * holdout() + 0.1 * transparent(); }";
+    let m = material(&mut scene, source, &[]);
+    let ball = mesh(&mut scene, sphere());
+    place(&mut scene, ball, m, DAffine3::from_scale(DVec3::splat(0.5)));
+    scene.film = Film { width: side, height: side };
+    scene.integrator.samples = 70;
+    for settings in
+        [&[][..], &[("lobes", "all"), ("path_state", "half")], &[("adaptive", "0.01"), ("sampler", "independent")]]
+    {
+        let mut choices = Choices::default();
+        settings.iter().for_each(|(name, value)| choices.set(name, value).unwrap_or_else(|e| panic!("{e}")));
+        let alone = make(&scene, &[], &[], choices.clone());
+        let forced = make(&scene, &[Effect::VaryingEnvironment], &[], choices);
+        assert_eq!(alone.counts, forced.counts, "{settings:?}");
+        assert!(alone.seen == forced.seen, "{settings:?}: other bits");
     }
 }
 

@@ -231,8 +231,6 @@ fn is_itself(to: &Expr, from: &Expr) -> bool {
 fn is_constant(e: &Expr) -> bool {
     match &e.kind {
         ExprKind::Convert(inner) if does_nothing(e, inner) => is_constant(inner),
-        // `color(1)` is the triple of three equal literals.
-        ExprKind::Convert(inner) if e.ty.base.is_triple() && e.span != inner.span => is_literal(inner),
         // An int where a float is wanted; a cast, whose text is longer, makes a variable.
         ExprKind::Convert(inner) => {
             e.ty == Type::FLOAT && inner.ty == Type::INT && e.span == inner.span && is_constant(inner)

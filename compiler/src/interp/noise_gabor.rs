@@ -133,10 +133,14 @@ struct Noise<'a> {
     footprint: Option<Footprint>,
     a: f64,
     radius: f64,
-    density: f64,
 }
 
 impl Noise<'_> {
+    /// Kernels in a sphere of the radius.
+    fn impulses(&self) -> f64 {
+        self.options.impulses.clamp(1.0, 32.0)
+    }
+
     fn frequency(&self, random: &mut Random) -> V3 {
         let direction = self.options.direction;
         if self.options.anisotropic == 1 {
@@ -160,7 +164,10 @@ impl Noise<'_> {
         };
         let [i, j, k] = corner.map(|c| c as i32 as u32);
         let mut random = Random(hash(&[i, j, k, seed]).max(1));
-        let limit = (-(self.density as f32)).exp();
+        // In 32 bits and this order, as the reference implementation: whether there is one more is a matter of the last digit.
+        let radius = self.radius as f32;
+        let (many, cube) = (self.impulses() as f32, radius * radius * radius);
+        let limit = (-(many / ((1.33333 * PI) as f32 * cube) * cube)).exp();
         let mut count = 0;
         let mut product = random.next();
         while product > limit && count < 64 {
@@ -202,7 +209,7 @@ impl Noise<'_> {
             slope = [0, 1, 2].map(|i| slope[i] + d[i]);
         }
         let variance = 1.0 / (4.0 * 2.0_f64.sqrt() * self.a.powi(3));
-        let amplitude = (self.radius.powi(3) / self.density).sqrt() / (6.0 * variance.sqrt());
+        let amplitude = (self.radius.powi(3) * (1.33333 * PI) / self.impulses()).sqrt() / (6.0 * variance.sqrt());
         (sum * amplitude, slope.map(|d| d * amplitude))
     }
 }
@@ -226,7 +233,6 @@ impl Call {
             footprint: if self.options.filter { Footprint::new(dx, dy) } else { None },
             a,
             radius: (-0.02_f64.ln() / PI).sqrt() / a,
-            density: self.options.impulses.clamp(1.0, 32.0) / (1.33333 * PI),
         }
     }
 

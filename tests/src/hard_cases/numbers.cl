@@ -31,7 +31,7 @@ __kernel void count_far(uint n, uint times, volatile __global uint *words)
 {
     Context c;
     c.counters = words;
-    for (uint k = 0; k < times; k++) count(&c, 0, n);
+    for (uint k = 0; k < times; k++) add_to_count(&c, 0, n);
 }
 
 // random4 of this work-item's samples: out: how many numbers were not in [0,1); the largest and the least number; and their mean.
