@@ -231,7 +231,9 @@ impl Checker {
         if b.ty == closure && matches!(a.kind, ExprKind::Int(0)) {
             return Some(closure);
         }
-        if self.fits(a.ty, b.ty) && !a.ty.is_array() {
+        // Among triples the second one's, as in the reference implementation.
+        let triples = a.ty.base.is_triple() && b.ty.base.is_triple();
+        if self.fits(a.ty, b.ty) && !a.ty.is_array() && !triples {
             return Some(a.ty);
         }
         if self.fits(b.ty, a.ty) && !b.ty.is_array() {

@@ -43,7 +43,6 @@ fn wider(l: Base, r: Base) -> Base {
     match rank(l).cmp(&rank(r)) {
         std::cmp::Ordering::Less => r,
         std::cmp::Ordering::Greater => l,
-        std::cmp::Ordering::Equal if l != r && r == Base::Point && l.is_point_like() => r,
         std::cmp::Ordering::Equal => l,
     }
 }
@@ -77,8 +76,7 @@ impl Checker {
                     ExprKind::Float(v) => ExprKind::Float(-v),
                     kind => ExprKind::Neg(Box::new(Expr { kind, ty, span: inner.span })),
                 };
-                let result = if ty.base == Base::Point { Type::scalar(Base::Vector) } else { ty };
-                (kind, result)
+                (kind, ty)
             }
             UnaryOp::Not => {
                 let truth = self.truth(inner)?;
@@ -188,9 +186,14 @@ impl Checker {
                     let ok = matches!(op, Mul | Div) && !triple;
                     return ok.then_some((Type::scalar(wide), Type::scalar(wide)));
                 }
-                // Differences of points are vectors.
-                let vector = op == Sub && l.base == Base::Point && r.base == Base::Point;
-                let result = if vector { Base::Vector } else { wide };
+                // Differences of points are vectors; any other triple added to a point or taken from it gives a point.
+                let both = l.base.is_triple() && r.base.is_triple();
+                let result = match [l.base, r.base].map(|b| b == Base::Point) {
+                    [true, true] if op == Sub => Base::Vector,
+                    [false, false] => wide,
+                    _ if both && matches!(op, Add | Sub) => Base::Point,
+                    _ => wide,
+                };
                 Some((Type::scalar(wide), Type::scalar(result)))
             }
             _ => None,

@@ -372,13 +372,21 @@ impl Folder<'_> {
             return self.stmts(l.head, out);
         }
         written.iter().for_each(|local| self.state.forget(*local));
+        // `continue` may come from anywhere in the body: only what the loop never writes is sure in what follows it.
         self.state.enter();
-        l.head = self.block(l.head);
-        l.cond = self.resolve(l.cond);
-        l.body = self.block(l.body);
-        // `continue` may come from anywhere in the body: only what the loop never writes is sure in the step.
-        self.state.leave();
-        self.state.enter();
+        if l.tested_after {
+            l.body = self.block(l.body);
+            self.state.leave();
+            self.state.enter();
+            l.head = self.block(l.head);
+            l.cond = self.resolve(l.cond);
+        } else {
+            l.head = self.block(l.head);
+            l.cond = self.resolve(l.cond);
+            l.body = self.block(l.body);
+            self.state.leave();
+            self.state.enter();
+        }
         l.step = self.block(l.step);
         self.state.leave();
         out.stmts.push(Stmt::Loop(Box::new(l)));

@@ -277,36 +277,14 @@ impl<'a> Run<'a> {
     }
 
     fn condition(&mut self, name: &Token, args: &[Token]) -> bool {
-        // `defined` counts before macros are replaced.
-        let mut tokens = Vec::with_capacity(args.len());
-        let mut i = 0;
-        while i < args.len() {
-            let token = &args[i];
-            i += 1;
-            if token.str() != "defined" {
-                tokens.push(token.clone());
-                continue;
-            }
-            let bracketed = args.get(i).is_some_and(|t| t.is("("));
-            let Some(subject) = args.get(i + bracketed as usize).filter(|t| t.kind == Kind::Ident) else {
-                self.error("E0009", token.span, "`defined` needs a name");
-                return false;
-            };
-            i += 1 + bracketed as usize;
-            if bracketed {
-                if !args.get(i).is_some_and(|t| t.is(")")) {
-                    self.error("E0009", token.span, "`defined(` needs a `)`");
-                    return false;
-                }
-                i += 1;
-            }
-            let value = if self.macros.0.contains_key(subject.str()) { "1" } else { "0" };
-            tokens.push(Token::made(Kind::Number, value, subject.span));
-        }
-        let mut expander = Expander::new(&self.macros, self.sources);
-        let expanded = expand_list(&mut expander, &tokens, Vec::new());
+        let mut expander = Expander::of_condition(&self.macros, self.sources);
+        let expanded = expand_list(&mut expander, args, Vec::new());
         let mut problems = expander.problems;
+        let is_bad = problems.iter().any(|d| d.code == "E0009");
         self.errors.append(&mut problems);
+        if is_bad {
+            return false;
+        }
         match condition::evaluate(&expanded) {
             Ok(value) => value != 0,
             Err(message) => {

@@ -39,6 +39,8 @@ pub(super) struct Expander<'a> {
     pub produced: usize,
     /// Arguments inside of arguments around this expansion.
     depth: usize,
+    /// Whether `defined` has its meaning, as in `#if`.
+    in_condition: bool,
 }
 
 /// Most tokens that the macros of one line may produce.
@@ -52,7 +54,21 @@ const MAX_NESTING: usize = 1_000;
 
 impl<'a> Expander<'a> {
     pub fn new(macros: &'a Macros, sources: &'a SourceMap) -> Self {
-        Expander { macros, sources, problems: Vec::new(), stack: Vec::new(), peeked: None, produced: 0, depth: 0 }
+        Expander {
+            macros,
+            sources,
+            problems: Vec::new(),
+            stack: Vec::new(),
+            peeked: None,
+            produced: 0,
+            depth: 0,
+            in_condition: false,
+        }
+    }
+
+    /// For the expression of an `#if`.
+    pub fn of_condition(macros: &'a Macros, sources: &'a SourceMap) -> Self {
+        Expander { in_condition: true, ..Expander::new(macros, sources) }
     }
 
     /// Whether nothing waits here, so that the base may be read directly.
@@ -115,6 +131,9 @@ impl<'a> Expander<'a> {
             if let Some(made) = self.position_macro(&token) {
                 return made;
             }
+            if self.in_condition && token.str() == "defined" {
+                return self.defined(&token, base);
+            }
             let Some(found) = self.macros.0.get(token.str()) else { return token };
             let definition = found.clone();
             if self.stack.iter().any(|r| r.name == token.str()) {
@@ -141,6 +160,20 @@ impl<'a> Expander<'a> {
             self.produced += body.len();
             self.stack.push(Replacement { tokens: body.into_iter(), name: token.str().to_string() });
         }
+    }
+
+    /// 1 or 0 for `defined X` or `defined(X)`, whose name is not replaced; also where a macro made it (clang's way with what C leaves
+    /// open).
+    fn defined(&mut self, word: &Token, base: &mut dyn FnMut() -> Token) -> Token {
+        let bracketed = self.take_open(base);
+        let subject = self.read(base);
+        if subject.kind != Kind::Ident {
+            self.problems.push(Diagnostic::error("E0009", word.span, "`defined` needs a name"));
+        } else if bracketed && !self.read(base).is(")") {
+            self.problems.push(Diagnostic::error("E0009", word.span, "`defined(` needs a `)`"));
+        }
+        let value = if self.macros.0.contains_key(subject.str()) { "1" } else { "0" };
+        Token::made(Kind::Number, value, word.span)
     }
 
     /// Reports once that a use of a macro is given up.
@@ -286,7 +319,7 @@ impl<'a> Expander<'a> {
             return arg.to_vec();
         }
         let mut inner = Expander::new(self.macros, self.sources);
-        (inner.produced, inner.depth) = (self.produced, self.depth + 1);
+        (inner.produced, inner.depth, inner.in_condition) = (self.produced, self.depth + 1, self.in_condition);
         if self.depth >= MAX_ARGUMENTS {
             self.too_much(&arg[0]);
             return arg.to_vec();
@@ -339,7 +372,9 @@ fn push_argument(out: &mut Vec<Token>, mut arg: Vec<Token>, spaced: bool) {
 /// `##`: glues the last token of `out` to the first of `right`.
 fn paste(out: &mut Vec<Token>, right: Vec<Token>, span: Span) {
     let mut right = right.into_iter();
-    if let (Some(left), Some(first)) = (out.pop(), right.next()) {
+    // An empty argument leaves the left one as it is.
+    let Some(first) = right.next() else { return };
+    if let Some(left) = out.pop() {
         let text = format!("{}{}", left.str(), first.str());
         let kind = match text.as_bytes().first() {
             Some(b'0'..=b'9') => Kind::Number,
