@@ -9,14 +9,6 @@
 #include "real.h"
 #include "layout.h"
 
-// Kernels that sample or evaluate lobes. Intel's compiler for CPUs spoils other lanes of its vectors where Beckmann's distribution
-// stands in a branch (seen with 2026.22: values of 1e30 that differ from run to run): there they run lane by lane.
-#ifdef OSLCL_LANE_BY_LANE
-#define LOBE_KERNEL __attribute__((intel_vec_len_hint(1))) __kernel
-#else
-#define LOBE_KERNEL __kernel
-#endif
-
 #define QUEUE_NONE (-1)
 
 static inline uint setting(const Context *c, uint which) { return c->settings[which]; }

@@ -56,4 +56,12 @@ static inline real3 make_real3(real x, real y, real z) { return (real3)(x, y, z)
 static inline real max_component(real3 v) { return fmax(v.x, fmax(v.y, v.z)); }
 static inline int is_zero3(real3 v) { return v.x == 0 && v.y == 0 && v.z == 0; }
 
+// Kernels that sample or evaluate lobes. Intel's compiler for CPUs spoils other lanes of its vectors where Beckmann's distribution
+// stands in a branch (seen with 2026.22: values of 1e30 that differ from run to run): there they run lane by lane.
+#ifdef OSLCL_LANE_BY_LANE
+#define LOBE_KERNEL __attribute__((intel_vec_len_hint(1))) __kernel
+#else
+#define LOBE_KERNEL __kernel
+#endif
+
 #endif

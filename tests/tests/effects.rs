@@ -587,7 +587,7 @@ fn samples_in_a_row_are_the_same_samples() {
     {
         let mut choices = Choices::default();
         settings.iter().for_each(|(name, value)| choices.set(name, value).unwrap_or_else(|e| panic!("{e}")));
-        let alone = make(&scene, &[], &[], choices.clone());
+        let alone = make(&scene, &[], &[], choices);
         let forced = make(&scene, &[Effect::VaryingEnvironment], &[], choices);
         assert_eq!(alone.counts, forced.counts, "{settings:?}");
         assert!(alone.seen == forced.seen, "{settings:?}: other bits");

@@ -192,8 +192,8 @@ impl Device {
     }
 
     /// Build options with what kernels know of the device (OSLCL_CPU) and those that get around what its compiler does wrong
-    /// (kernels/context.h), and without its warnings: nobody reads them, and PoCL's clang counts them on standard error.
-    pub(crate) fn options(&self, options: &str) -> String {
+    /// (kernels/real.h), and without its warnings: nobody reads them, and PoCL's clang counts them on standard error.
+    pub fn options(&self, options: &str) -> String {
         let is_cpu = self.info.kind == DeviceKind::Cpu;
         let lane_by_lane = is_cpu && self.info.platform.contains("Intel");
         let cpu = if is_cpu { " -D OSLCL_CPU" } else { "" };

@@ -131,7 +131,7 @@ static real uniform_random(uint *state)
 }
 
 // Samples, and asks bsdf_eval about the direction taken, and about the swapped pair. 19 reals per sample.
-__kernel void sample_lobe(int which, int dist, int refract, __global const real *p, uint seed, __global real *out)
+LOBE_KERNEL void sample_lobe(int which, int dist, int refract, __global const real *p, uint seed, __global real *out)
 {
     const uint i = (uint)get_global_id(0);
     uint state = i * 9781u + seed;
@@ -163,7 +163,7 @@ __kernel void sample_lobe(int which, int dist, int refract, __global const real 
 
 // Integrates density and f |cos| over the bins of two polar grids, each on its side of the surface. Rings are spaced so
 // that half of them lie within 1 - cos < scale around the axis. 2 reals per bin.
-__kernel void integrate_lobe(int which, int dist, int refract, __global const real *p, int rings, int sectors,
+LOBE_KERNEL void integrate_lobe(int which, int dist, int refract, __global const real *p, int rings, int sectors,
                              int steps, __global real *out)
 {
     const int i = (int)get_global_id(0);
@@ -203,7 +203,7 @@ __kernel void integrate_lobe(int which, int dist, int refract, __global const re
 
 // Offers lobes with weights (4 reals each: closure's N is that of the case, weight) and stores what was picked:
 // type and weight, 4 reals per pick.
-__kernel void pick_lobe(int count, __global const int *which, __global const real *weights, __global const real *p,
+LOBE_KERNEL void pick_lobe(int count, __global const int *which, __global const real *weights, __global const real *p,
                         int picks, __global real *out)
 {
     const int i = (int)get_global_id(0);
@@ -239,7 +239,7 @@ static real3 wild_unit(uint *state)
 }
 
 // Any parameters at all. Stores what was wrong: 0 nothing, 1 sample, 2 eval, 3 albedo, and the closure.
-__kernel void wild_lobe(uint seed, __global real *p, __global int *out)
+LOBE_KERNEL void wild_lobe(uint seed, __global real *p, __global int *out)
 {
     const uint i = (uint)get_global_id(0);
     uint state = i * 9781u + seed;

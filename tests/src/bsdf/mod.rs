@@ -249,7 +249,7 @@ impl Lab {
     /// Builds them for a device.
     pub fn on(device: Device, precision: Precision) -> Result<Lab, Box<dyn std::error::Error>> {
         let text = assemble("lobes.cl", include_str!("lobes.cl"))?;
-        let program = Program::build(&device, "lobes.cl", &text, precision.build_options())?;
+        let program = Program::build(&device, "lobes.cl", &text, &device.options(precision.build_options()))?;
         Ok(Lab { device, precision, program })
     }
 
