@@ -12,8 +12,6 @@ CAUSES = {
     "gettextureinfo-udim": "What it asks agrees; the labels are drawn by draw_string, whose letters are our own (see draw_string).",
     "layers-entry": "Compares a trace that the reference's generated code prints when it enters layers (llvm_debug_layers).",
     "layers-lazyerror": "The reference's run-time optimiser warns; ours has no such warnings.",
-    "noise-gabor2d-filter": "Not known: all but 84 pixels agree, and most of those lie in one strip, as if one impulse of one cell "
-    "were there in one picture only.",
     "ocio": "No OpenColorIO configuration is read, so its colour spaces are unknown.",
     "opt-warnings": "The reference's run-time optimiser warns; ours has no such warnings.",
     "pointcloud": "Bug: a search clears the derivatives of the whole array, the reference only of the points found; 1 of 17 pictures "
