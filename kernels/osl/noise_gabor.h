@@ -20,6 +20,7 @@
 
 #define GABOR_FREQUENCY 2
 #define GABOR_WIDTH ((real)2.128934f)    // sqrt(pi / ln 2), as the reference rounds it
+#define GABOR_SPHERE (1.33333 * PI)      // volume of the unit sphere, as the reference rounds it
 #define GABOR_CUT 3.91202300542814605862 // -log 0.02: kernels end where their Gaussian falls to 0.02
 
 // A symmetric 2x2 matrix.
@@ -124,10 +125,10 @@ static inline Gabor gabor_setup(real3 dpdx, real3 dpdy, int anisotropic, real3 d
     const real below = octaves - 1, above = octaves + 1, ratio = below / above, lost = fma(-ratio, above, below) / above;
     g.a = GABOR_FREQUENCY * fma(ratio, GABOR_WIDTH, lost * GABOR_WIDTH);
     g.radius = sqrt((real)(GABOR_CUT / PI)) / g.a;
-    const real many = clamp(impulses, (real)1, (real)32), density = many / (real)(1.33333 * PI);
+    const real many = clamp(impulses, (real)1, (real)32), density = many / (real)GABOR_SPHERE;
     // Rounded as in the reference: whether a cell has one kernel more is a matter of the last digit.
     const float radius = (float)g.radius, cube = radius * radius * radius;
-    g.mean = (float)many / ((float)(1.33333 * PI) * cube) * cube;
+    g.mean = (float)many / ((float)GABOR_SPHERE * cube) * cube;
     // One over the square root of the density, and of 9 times the variance; half of that fits into [-1, 1].
     real r3 = g.radius * g.radius * g.radius, a3 = g.a * g.a * g.a;
     g.amplitude = sqrt(r3 / density) * sqrt(a3 * 5.65685424949238019521) * (1 / 6.0);

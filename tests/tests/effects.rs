@@ -575,11 +575,8 @@ fn all_effects_together_change_nothing_either() {
 fn samples_in_a_row_are_the_same_samples() {
     let units = device().lock().unwrap_or_else(|e| e.into_inner()).info.units.clamp(1, 16);
     let side = f64::from(units * 8192 + 64).sqrt().ceil() as u32;
-    let mut scene = under(tiny(), FLAT_SKY);
     let source = "surface h() { Ci = 0.3 * diffuse(N) + 0.2 * reflection(N) + 0.2 * holdout() + 0.1 * transparent(); }";
-    let m = material(&mut scene, source, &[]);
-    let ball = mesh(&mut scene, sphere());
-    place(&mut scene, ball, m, DAffine3::from_scale(DVec3::splat(0.5)));
+    let mut scene = under(of(sphere(), source, LAMP), FLAT_SKY);
     scene.film = Film { width: side, height: side };
     scene.integrator.samples = 70;
     for settings in

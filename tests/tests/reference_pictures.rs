@@ -65,7 +65,7 @@ fn check(name: &str) {
     let (low, high) = scaled.iter().fold((f64::MAX, 0.0f64), |(l, h), x| (l.min(*x), h.max(*x)));
     assert!(high < 1.6 * low, "{name}: samples times relative MSE from 16 to {most} samples: {scaled:?}");
 
-    let picture = render(if is_slow() { 4096 } else { 1024 }, 1, Sampler::default());
+    let picture = render(if is_slow() { 4096 } else { 2048 }, 1, Sampler::default());
     let (got, expected) = (mean(&picture), mean(&reference));
     for (a, b) in got.iter().zip(&expected) {
         assert!((a - b).abs() < 0.005 * b, "{name}: mean {got:?}, reference {expected:?}");
@@ -74,11 +74,11 @@ fn check(name: &str) {
         let worst = worst_tile(&picture, &reference).expect("one size");
         assert!(worst.error < 0.01, "{name}: {worst:?}");
     } else {
-        // 4 x 4 pixels here are the 32 x 32 of the full size, with 256 times fewer samples: 1 % there is noise of 5 % here.
+        // 4 x 4 pixels here are the 32 x 32 of the full size, with 128 times fewer samples: 1 % there is noise of 4 % here.
         let (small, small_reference) = (shrink(&picture, 4), shrink(&reference, 4));
         for (i, (a, b)) in small.pixels.iter().zip(&small_reference.pixels).enumerate() {
             let (a, b) = (a.iter().sum::<f32>(), b.iter().sum::<f32>());
-            assert!((a - b).abs() < 0.05 * b, "{name}: tile {i} has {a}, the reference {b}");
+            assert!((a - b).abs() < 0.04 * b, "{name}: tile {i} has {a}, the reference {b}");
         }
     }
 }

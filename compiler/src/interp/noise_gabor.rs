@@ -10,6 +10,9 @@ use std::f64::consts::{PI, TAU};
 /// sqrt(pi / ln 2), as the reference implementation rounds it.
 const WIDTH: f32 = 2.128_934;
 
+/// Volume of the unit sphere, as it rounds that.
+const SPHERE: f64 = 1.33333 * PI;
+
 type V3 = [f64; 3];
 type M2 = [[f64; 2]; 2];
 
@@ -167,7 +170,7 @@ impl Noise<'_> {
         // In 32 bits and this order, as the reference implementation: whether there is one more is a matter of the last digit.
         let radius = self.radius as f32;
         let (many, cube) = (self.impulses() as f32, radius * radius * radius);
-        let limit = (-(many / ((1.33333 * PI) as f32 * cube) * cube)).exp();
+        let limit = (-(many / (SPHERE as f32 * cube) * cube)).exp();
         let mut count = 0;
         let mut product = random.next();
         while product > limit && count < 64 {
@@ -209,7 +212,7 @@ impl Noise<'_> {
             slope = [0, 1, 2].map(|i| slope[i] + d[i]);
         }
         let variance = 1.0 / (4.0 * 2.0_f64.sqrt() * self.a.powi(3));
-        let amplitude = (self.radius.powi(3) * (1.33333 * PI) / self.impulses()).sqrt() / (6.0 * variance.sqrt());
+        let amplitude = (self.radius.powi(3) * SPHERE / self.impulses()).sqrt() / (6.0 * variance.sqrt());
         (sum * amplitude, slope.map(|d| d * amplitude))
     }
 }

@@ -164,7 +164,7 @@ LOBE_KERNEL void sample_lobe(int which, int dist, int refract, __global const re
 // Integrates density and f |cos| over the bins of two polar grids, each on its side of the surface. Rings are spaced so
 // that half of them lie within 1 - cos < scale around the axis. 2 reals per bin.
 LOBE_KERNEL void integrate_lobe(int which, int dist, int refract, __global const real *p, int rings, int sectors,
-                             int steps, __global real *out)
+                                int steps, __global real *out)
 {
     const int i = (int)get_global_id(0);
     const int grid = i / (rings * sectors);
@@ -204,7 +204,7 @@ LOBE_KERNEL void integrate_lobe(int which, int dist, int refract, __global const
 // Offers lobes with weights (4 reals each: closure's N is that of the case, weight) and stores what was picked:
 // type and weight, 4 reals per pick.
 LOBE_KERNEL void pick_lobe(int count, __global const int *which, __global const real *weights, __global const real *p,
-                        int picks, __global real *out)
+                           int picks, __global real *out)
 {
     const int i = (int)get_global_id(0);
     if (i >= picks) return;
