@@ -134,8 +134,8 @@ def sky(what, folder):
         return f"surface s() {{ Ci = {number(what)} * background(); }}"
     write_exr(os.path.join(folder, "sky.exr"), np.repeat(what[..., None], 3, 2))
     return (
-        "surface s() { float u = atan2(I[1], I[0]) / M_2PI; u = u < 0 ? u + 1 : u; float v = acos(clamp(I[2], -1, 1)) / M_PI; "
-        'color c = texture("sky.exr", u, v, "interp", "closest", "swrap", "periodic", "twrap", "clamp"); Ci = c * background(); }'
+        "surface s() { float s = atan2(I[1], I[0]) / M_2PI; s = s < 0 ? s + 1 : s; float t = acos(clamp(I[2], -1, 1)) / M_PI; "
+        'color c = texture("sky.exr", s, t, "interp", "closest", "swrap", "periodic", "twrap", "clamp"); Ci = c * background(); }'
     )
 
 
