@@ -97,6 +97,8 @@ static KERNELS: &[(&str, &str)] = embed![
     "stages/environment.h",
     "stages/environment_light.cl",
     "stages/environment_map.cl",
+    "stages/follow.h",
+    "stages/follow_path.cl",
     "stages/light_power.cl",
     "stages/ray_gen.cl",
     "stages/ray_gen.h",

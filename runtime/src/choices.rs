@@ -8,7 +8,7 @@ mod values;
 
 pub use table::{PROFILES, Row, TABLE, markdown};
 pub use values::{
-    Intersection, LightChoice, Lobes, Maths, MipBias, PathState, Sampler, TextureFilter, Threshold, TreeQuality,
+    Follow, Intersection, LightChoice, Lobes, Maths, MipBias, PathState, Sampler, TextureFilter, Threshold, TreeQuality,
 };
 
 use crate::plan::{Effect, Overrides};
@@ -40,6 +40,8 @@ pub struct Choices {
     pub texture_mip_bias: MipBias,
     /// Trees over triangles.
     pub tree: TreeQuality,
+    /// Whether materials' kernels take paths on.
+    pub follow: Follow,
     /// Longest path in edges; `None`: the scene's.
     pub depth: Option<u32>,
     /// Bounce from which Russian roulette may end paths, `u32::MAX`: never; `None`: the scene's.
@@ -64,6 +66,7 @@ impl Default for Choices {
             texture_filter: TextureFilter::default(),
             texture_mip_bias: MipBias::default(),
             tree: TreeQuality::default(),
+            follow: Follow::default(),
             depth: None,
             roulette: None,
             adaptive: None,
@@ -165,6 +168,8 @@ impl Choices {
             ("tree", "fast") => self.tree = TreeQuality::Fast,
             ("tree", "medium") => self.tree = TreeQuality::Medium,
             ("tree", "slow") => self.tree = TreeQuality::Slow,
+            ("follow", "on") => self.follow = Follow::On,
+            ("follow", "off") => self.follow = Follow::Off,
             ("depth", _) => self.depth = Some(number(1, 1024)?),
             ("roulette", "off") => self.roulette = Some(u32::MAX),
             ("roulette", _) => self.roulette = Some(number(1, 4096)?),

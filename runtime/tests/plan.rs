@@ -103,7 +103,7 @@ fn the_table_has_what_is_on_first_and_the_rest_in_one_list() {
     let (all, err) = plan(&at, &["-v"]);
     assert_eq!(err, "", "the log is for -vv");
     assert!(
-        all.contains("mesh `four` (s.toml:32): has normals") && all.contains("  material `paint`: select_bsdf"),
+        all.contains("mesh `four` (s.toml:32): has normals") && all.contains("  material `paint`: follow_path"),
         "{all}"
     );
 }

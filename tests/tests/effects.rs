@@ -310,7 +310,7 @@ fn symbols(effect: Effect) -> (&'static [&'static str], &'static [&'static str],
         Surfaces => (
             &["PATH_hit_u", "QUEUE_scatter ", "nearest_hit("],
             &["nodes", "triangles", "triangle_ids", "corners", "shapes"],
-            &["select_bsdf", "sample_next"],
+            &["follow_path"],
         ),
         ThinLens => (&[], &[], &[]),
         Lights => (&["sample_triangle_light("], &["lights", "light_words"], &[]),

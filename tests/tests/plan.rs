@@ -344,7 +344,7 @@ fn a_weight_of_zero_leaves_nothing_of_a_shipped_material() {
             &[],
             ("radiance", 0.0),
             &[],
-            &["#define HAS_LIGHTS", "*lights", "#define QUEUE_shadow", "PATH_shadow_o", "__kernel void trace_shadow"],
+            &["#define HAS_LIGHTS", "*lights", "#define QUEUE_shadow", "PATH_shadow_o"],
         ),
         ("matte", &[("roughness", 0.5)], ("roughness", 0.0), &["oren_nayar"], &["PATH_lobe_ax"]),
     ];

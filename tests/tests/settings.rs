@@ -326,6 +326,46 @@ fn all_lobes_are_followed_once_a_sample() {
     assert_eq!(summary.counts.rays, 3 * 2 * pixels);
 }
 
+/// Whoever takes paths on, they are the same: between two balls and a wall, with more pixels than there are slots for on a small device, so
+/// that samples begin where others end.
+#[test]
+fn followed_paths_are_the_same_paths() {
+    let mut scene = empty();
+    scene.film = Film { width: 160, height: 128 };
+    scene.integrator.samples = 5;
+    let ball = mesh(&mut scene, sphere());
+    let glossy = "surface g() { Ci = 0.4 * diffuse(N) + 0.3 * reflection(N) + 0.2 * transparent(); }";
+    let sources = [(glossy, -1.0), ("surface d() { Ci = 0.8 * diffuse(N) + 0.1 * emission(); }", 1.0)];
+    for (source, x) in sources {
+        let material = material(&mut scene, source, &[]);
+        place(&mut scene, ball, material, DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)));
+    }
+    let matte = material(&mut scene, "surface m() { Ci = 0.5 * oren_nayar(N, 0.3); }", &[]);
+    let behind = mesh(&mut scene, wall());
+    place(&mut scene, behind, matte, DAffine3::from_scale(DVec3::splat(4.0)));
+    let sky = material(&mut scene, "surface s() { Ci = 0.7 * background(); }", &[]);
+    scene.environment = Some(sky);
+    let others = [
+        &[("roulette", "3")][..],
+        &[("lobes", "all"), ("path_state", "half")],
+        &[("precision", "fast"), ("sampler", "independent")],
+        &[("precision", "reference"), ("depth", "3")],
+    ];
+    for settings in others {
+        let (picture, summary) = render_with(&scene, settings);
+        let (apart, kernels) = render_with(&scene, &[settings, &[("follow", "off")]].concat());
+        assert_eq!(summary.counts, kernels.counts, "{settings:?}");
+        // Relaxed arithmetic is rounded as the kernel around it lets it.
+        match settings.contains(&("precision", "fast")) {
+            true => assert!((mean(&picture)[1] / mean(&apart)[1] - 1.0).abs() < 1e-4, "{settings:?}"),
+            false => assert!(picture.pixels == apart.pixels, "{settings:?}: other bits"),
+        }
+        let launched = |summary: &Summary, name: &str| summary.launches.keys().any(|(stage, _)| stage.name() == name);
+        assert!(launched(&summary, "follow_path") && !launched(&summary, "sample_next"), "{settings:?}");
+        assert!(launched(&kernels, "select_bsdf") && launched(&kernels, "sample_next"), "{settings:?}");
+    }
+}
+
 /// Alpha is a sample's, not a turn's.
 #[test]
 fn what_is_held_out_counts_once_a_sample() {

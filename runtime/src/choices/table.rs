@@ -80,6 +80,13 @@ pub const TABLE: &[Row] = &[
         text: "Trees over triangles: quick to build or quick to trace. Never changes a picture but by rounding.",
     },
     Row {
+        name: "follow",
+        values: &["on", "off"],
+        text: "Whether a material's kernel takes its paths on to the next surface, where no light or environment shines by a shader \
+               that rays to it must ask; or each step is a kernel of its own, built in less time. Changes a picture by the rounding of \
+               `precision=fast`, else never.",
+    },
+    Row {
         name: "depth",
         values: &["the scene's", "1 to 1024"],
         text: "Edges of the longest path. What longer paths would bring is missing: a bias.",

@@ -78,6 +78,16 @@ pub enum TreeQuality {
     Slow,
 }
 
+/// Whether materials' kernels take paths on to the next surfaces (ADR 0024).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Follow {
+    /// Where no light's shader has to be asked.
+    #[default]
+    On,
+    /// Each step is a kernel of its own.
+    Off,
+}
+
 /// How textures are interpolated between texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TextureFilter {

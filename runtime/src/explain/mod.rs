@@ -6,7 +6,7 @@ mod timing;
 
 pub use timing::{Change, Cost, Settings, Timing, measure};
 
-use crate::choices::Choices;
+use crate::choices::{Choices, Follow};
 use crate::materials::Compiled;
 use crate::plan::{Effect, Overrides, Plan, ProgramPlan, Stage};
 use crate::programs;
@@ -106,7 +106,9 @@ impl Gone {
 
 /// The plan of the same materials without an effect, and without what needs it.
 fn without(scene: &Scene, plan: &Plan, compiled: &Compiled, effect: Effect) -> Plan {
-    let choices = Choices { overrides: plan.choices.overrides.and_without(effect), ..plan.choices };
+    // The same kernels in both, but for what the effect has.
+    let follow = if plan.follows() { Follow::On } else { Follow::Off };
+    let choices = Choices { overrides: plan.choices.overrides.and_without(effect), follow, ..plan.choices };
     let left = choices.overrides.apply(scene);
     // A material that was there for an effect that was forced on is no more.
     let materials = &compiled.artifacts[..compiled.artifacts.len().min(left.materials.len())];

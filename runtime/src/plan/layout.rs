@@ -370,7 +370,13 @@ impl Layout {
 
     /// The queue of the k-th light shader.
     pub fn light_queue(&self, k: u32) -> u32 {
-        self.queues.len() as u32 + self.materials + k
+        self.queues.len() as u32 + k
+    }
+
+    /// The queues of these materials, by their places among those on surfaces.
+    pub fn material_queues(&self, materials: Range<u32>) -> Range<u32> {
+        let first = self.light_queue(self.shaded_lights);
+        first + materials.start..first + materials.end
     }
 
     /// The queue that `trace` reads, and that later stages of the round fill.
@@ -378,9 +384,14 @@ impl Layout {
         0..1
     }
 
-    /// All others: read in the round that fills them.
+    /// Those that are read in the round that fills them, whatever it is that fills them.
     pub fn other_queues(&self) -> Range<u32> {
-        1..self.queue_count()
+        1..self.light_queue(self.shaded_lights)
+    }
+
+    /// Those that may hold paths when a round is over.
+    pub fn lasting_queues(&self) -> impl Iterator<Item = u32> {
+        self.trace_queue().chain(self.material_queues(0..self.materials))
     }
 
     /// The queue with this name in the kernels, without `QUEUE_`.
@@ -462,7 +473,7 @@ impl Layout {
         for (i, name) in self.queues.iter().enumerate() {
             let _ = writeln!(out, "#define QUEUE_{name} {i}");
         }
-        let _ = writeln!(out, "#define QUEUE_MATERIALS {}", self.queues.len());
+        let _ = writeln!(out, "#define QUEUE_MATERIALS {}", self.material_queues(0..0).start);
         let _ = writeln!(out, "#define QUEUE_COUNT {}u", self.queue_count());
         for (counter, name, _) in COUNTERS {
             let _ = writeln!(out, "#define COUNTER_{name} {}u", self.counter(counter));

@@ -17,7 +17,7 @@ pub use overrides::{EffectSet, OverrideError, Overrides};
 pub use stages::{ProgramPlan, Stage};
 
 use crate::accel::{Emission, MaterialUse};
-use crate::choices::Choices;
+use crate::choices::{Choices, Follow};
 use crate::preamble;
 use crate::scene::{MaterialId, Scene};
 use oslcl_compiler::{Artifact, Radiance};
@@ -121,6 +121,16 @@ impl Plan {
         self.choices.overrides.removes(effect)
     }
 
+    /// Whether materials' kernels take paths on to the next surfaces: where a light's shader has to be asked, paths wait for it.
+    pub fn follows(&self) -> bool {
+        self.choices.follow == Follow::On && !self.shades_lights()
+    }
+
+    /// Whether the light that a path is sent can need a shader's answer.
+    fn shades_lights(&self) -> bool {
+        self.has(Effect::VaryingLights) || self.has(Effect::EnvironmentSampling)
+    }
+
     /// Whether some material has several lobes, of which paths follow one.
     pub fn chooses_lobes(&self) -> bool {
         self.programs.iter().any(|p| preamble::chooses_lobes(&p.code))
@@ -147,7 +157,7 @@ impl Plan {
     pub fn macros(&self) -> Vec<String> {
         let on = self.decisions.iter().filter(|d| d.is_on() && !d.effect.is_of_materials());
         let mut out: Vec<String> = on.map(|d| d.effect.macro_name()).collect();
-        if self.has(Effect::VaryingLights) || self.has(Effect::EnvironmentSampling) {
+        if self.shades_lights() {
             out.push("HAS_SHADED_LIGHTS".to_owned());
         }
         out.extend(self.choices.macros());

@@ -15,6 +15,7 @@ pub enum Stage {
     RayGen,
     Trace,
     SelectBsdf,
+    FollowPath,
     Environment,
     SampleLight,
     TraceShadow,
@@ -34,6 +35,7 @@ impl Stage {
             Stage::RayGen => "ray_gen",
             Stage::Trace => "trace",
             Stage::SelectBsdf => "select_bsdf",
+            Stage::FollowPath => "follow_path",
             Stage::Environment => "environment",
             Stage::SampleLight => "sample_light",
             Stage::TraceShadow => "trace_shadow",
@@ -67,7 +69,7 @@ pub struct ProgramPlan {
 pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>]) -> Vec<ProgramPlan> {
     let mut stages = vec![Stage::RayGen, Stage::Trace, Stage::Accumulate, Stage::Resolve];
     // Without lights to ask, `select_bsdf` goes on to the next edge itself.
-    if plan.layout.queue("scatter").is_some() {
+    if plan.layout.queue("scatter").is_some() && !plan.follows() {
         stages.extend([Stage::SampleLight, Stage::TraceShadow, Stage::SampleNext]);
     }
     let mut out: Vec<ProgramPlan> = stages
@@ -82,8 +84,8 @@ pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>
         .collect();
     for &id in &plan.surface_materials {
         let Some(code) = &materials[id.0 as usize] else { continue };
-        let mut stages = vec![Stage::SelectBsdf];
         let mut macros = of_artifact(plan, code);
+        let mut stages = vec![if plan.follows() { Stage::FollowPath } else { Stage::SelectBsdf }];
         if code.emission != Radiance::None {
             macros.push("MATERIAL_EMITS".to_owned());
         }

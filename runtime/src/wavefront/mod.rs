@@ -376,7 +376,7 @@ impl<'a> Wavefront<'a> {
             let words = self.counters()?;
             let counts = self.counts_of(&words);
             watch(&counts);
-            if self.plan.layout.trace_queue().all(|q| words[q as usize] == 0) {
+            if self.plan.layout.lasting_queues().all(|q| words[q as usize] == 0) {
                 return if counts.samples == self.due {
                     Ok(())
                 } else {
@@ -388,13 +388,21 @@ impl<'a> Wavefront<'a> {
         Err(self.device.lost("paths were left over when all should have ended"))
     }
 
-    /// Every stage once; then all queues are empty but that of `trace`.
+    /// Every stage once; then all queues are empty but that of `trace`, and those of materials that others' paths came to when their
+    /// own turn was over.
     fn round(&mut self) -> Result<(), Error> {
         let plan = self.plan;
         self.stage(Stage::Trace, None, 0)?;
         self.empty(plan.layout.trace_queue())?;
         for (index, material) in plan.surface_materials.iter().enumerate() {
             self.stage(Stage::SelectBsdf, Some(*material), index as u32)?;
+            self.stage(Stage::FollowPath, Some(*material), index as u32)?;
+            if plan.follows() {
+                self.empty(plan.layout.material_queues(index as u32..index as u32 + 1))?;
+            }
+        }
+        if !plan.follows() {
+            self.empty(plan.layout.material_queues(0..plan.surface_materials.len() as u32))?;
         }
         self.stage(Stage::Environment, self.environment, 0)?;
         self.stage(Stage::SampleLight, None, 0)?;
