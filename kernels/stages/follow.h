@@ -23,22 +23,17 @@ typedef struct {
     uint rays, shadow_rays, samples;
 } Followed;
 
-// What was stored is read back as it was rounded, as where the stages are apart.
-static inline void between_stages(void) { mem_fence(CLK_GLOBAL_MEM_FENCE); }
-
 // Traces the next edge. Paths that end, or have, make room for the slot's next sample.
 static inline int follow_to_surface(const Context *c, uint slot, int queue, Followed *f)
 {
     for (uint samples = 0;;) {
         if (queue == QUEUE_done) {
             if (samples++ == SAMPLES_IN_A_ROW) return QUEUE_done;
-            between_stages();
             stage_accumulate(c, slot);
             if (f->samples++ == 0) f->camera = path_sequence(c, slot, BLOCK_CAMERA);
             queue = stage_ray_gen(c, slot, 0, &f->camera);
         }
         if (queue != QUEUE_trace) return queue;
-        between_stages();
         queue = stage_trace(c, slot);
         f->rays++;
         if (queue != QUEUE_done) return queue;

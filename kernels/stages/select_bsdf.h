@@ -113,9 +113,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
 #ifdef QUEUE_scatter
     return QUEUE_scatter;
 #else
-    // No light is asked: the next edge at once. The fence keeps what was stored from being rounded later than where the stages
-    // are apart.
-    mem_fence(CLK_GLOBAL_MEM_FENCE);
+    // No light is asked: the next edge at once.
     return stage_sample_next(c, slot);
 #endif
 }

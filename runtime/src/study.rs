@@ -127,6 +127,7 @@ fn tried(name: &str, values: &[&str], scene: &Scene, plan: &Plan) -> Vec<String>
         "texture_filter" | "texture_mip_bias" if !plan.has(Effect::Textures) => Vec::new(),
         "texture_mip_bias" => list(&["-1", "1", "2"]),
         "intersection" if !plan.has(Effect::Surfaces) => Vec::new(),
+        "follow" if !plan.follows() => Vec::new(),
         "tree" => list(&["fast", "medium"]),
         "depth" => {
             let shorter = [2, 3, 5, 8, 16].into_iter().filter(|d| *d < scene.integrator.max_depth);
