@@ -108,6 +108,15 @@ static inline void path_set_turn(const Context *c, uint slot, uint turn, uint tu
 }
 #endif
 
+// Between stages that one kernel runs for a slot: what was stored is read back as it was rounded. NVIDIA's compiler (580) rounds
+// otherwise without it, by units in the last place. CPUs' compilers don't, and PoCL 3.1 has no such function on the SPIR-V road.
+static inline void between_stages(void)
+{
+#ifndef OSLCL_CPU
+    mem_fence(CLK_GLOBAL_MEM_FENCE);
+#endif
+}
+
 // ---- Queues --------------------------------------------------------------------------------------------------------
 
 // This work-item's place in a queue. Drivers for CPUs hand each core a run of groups, and only the first groups of a launch find

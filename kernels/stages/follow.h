@@ -29,11 +29,13 @@ static inline int follow_to_surface(const Context *c, uint slot, int queue, Foll
     for (uint samples = 0;;) {
         if (queue == QUEUE_done) {
             if (samples++ == SAMPLES_IN_A_ROW) return QUEUE_done;
+            between_stages();
             stage_accumulate(c, slot);
             if (f->samples++ == 0) f->camera = path_sequence(c, slot, BLOCK_CAMERA);
             queue = stage_ray_gen(c, slot, 0, &f->camera);
         }
         if (queue != QUEUE_trace) return queue;
+        between_stages();
         queue = stage_trace(c, slot);
         f->rays++;
         if (queue != QUEUE_done) return queue;

@@ -23,10 +23,13 @@ static inline int follow_scatter(const Context *c, uint slot, Followed *f)
     int queue = stage_select_bsdf(c, slot);
 #ifdef QUEUE_scatter
     if (queue != QUEUE_scatter) return queue;
+    between_stages();
     if (stage_sample_light(c, slot) == QUEUE_shadow) {
+        between_stages();
         stage_trace_shadow(c, slot);
         f->shadow_rays++;
     }
+    between_stages();
     queue = stage_sample_next(c, slot);
 #endif
     return queue;
@@ -49,6 +52,7 @@ LOBE_KERNEL void follow_path(STAGE_ARGS)
             if (turn == FOLLOW_TURNS) break;
             queue = follow_to_surface(&c, slot, queue, &f);
             if (queue != own) break;
+            between_stages();
         }
         follow_count(counts, &f);
     }

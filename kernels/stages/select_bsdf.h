@@ -114,6 +114,7 @@ static inline int stage_select_bsdf(const Context *c, uint slot)
     return QUEUE_scatter;
 #else
     // No light is asked: the next edge at once.
+    between_stages();
     return stage_sample_next(c, slot);
 #endif
 }
