@@ -12,7 +12,7 @@
 // Most surfaces that a launch takes a path to: on CPUs so many that the host keeps hearing how far it is, on GPUs so few that lanes don't
 // wait for each other for long.
 #ifdef OSLCL_CPU
-#define FOLLOW_TURNS 256
+#define FOLLOW_TURNS 32
 #else
 #define FOLLOW_TURNS 2
 #endif

@@ -2,6 +2,7 @@
 // On CPUs, where what a path that leaves the scene meets is known without a shader, the path ends here, and the slot's next samples start
 // at once. Not on GPUs, where lanes would wait for each other.
 #if defined(OSLCL_CPU) && !defined(HAS_VARYING_ENVIRONMENT)
+#define ENDS_PATHS
 #include "stages/follow.h"
 #else
 #include "stages/trace.h"
@@ -13,7 +14,7 @@ __kernel void trace(STAGE_ARGS)
     if (get_global_id(0) == 0) add_to_count(&c, COUNTER_rays, c.counters[QUEUE_trace]);
     uint slot = 0;
     int queue = QUEUE_NONE;
-#ifdef OSLCL_STAGE_FOLLOW_H
+#ifdef ENDS_PATHS
     __local uint counts[FOLLOW_COUNTS];
     follow_begin(counts);
     barrier(CLK_LOCAL_MEM_FENCE);
