@@ -220,6 +220,19 @@ def add_camera(scene, **settings):
     return camera
 
 
+def aim_camera(scene, origin, target, hfov, **settings):
+    """A camera with z up; hfov in degrees."""
+    lens = 18 / np.tan(np.radians(hfov) / 2)
+    camera = add_camera(scene, sensor_width=36, sensor_fit="HORIZONTAL", lens=float(lens), **settings)
+    back = np.subtract(origin, target)
+    back = back / np.linalg.norm(back)
+    right = np.cross([0, 0, 1], back)
+    right /= np.linalg.norm(right)
+    frame = np.eye(4)
+    frame[:3, :3], frame[:3, 3] = np.stack([right, np.cross(back, right), back], 1), origin
+    camera.matrix_world = mathutils.Matrix(frame.tolist())
+
+
 def render(what, folder):
     scene = fresh(what.size, what.samples, what.depth)
     add_objects(scene, what.objects, folder)
@@ -227,17 +240,7 @@ def render(what, folder):
     distance = float(np.linalg.norm(what.target - what.origin))
     if distance < 2 * NEAREST:
         raise NotImplementedError("the camera stands nearer than 1e-6, its shortest clip distance")
-    lens = 18 / np.tan(np.radians(what.hfov) / 2)
-    camera = add_camera(
-        scene, sensor_width=36, sensor_fit="HORIZONTAL", lens=float(lens), clip_start=distance * 1e-2, clip_end=distance * 1e4
-    )
-    back = what.origin - what.target
-    back = back / np.linalg.norm(back)
-    right = np.cross([0, 0, 1], back)
-    right /= np.linalg.norm(right)
-    frame = np.eye(4)
-    frame[:3, :3], frame[:3, 3] = np.stack([right, np.cross(back, right), back], 1), what.origin
-    camera.matrix_world = mathutils.Matrix(frame.tolist())
+    aim_camera(scene, what.origin, what.target, what.hfov, clip_start=distance * 1e-2, clip_end=distance * 1e4)
     return shoot(scene, folder)
 
 

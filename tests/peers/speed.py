@@ -138,8 +138,6 @@ class Mitsuba:
 class Cycles:
     def __init__(self, args, name, folder):
         import bpy
-        import mathutils
-        import numpy as np
         import on_cycles
 
         self.title, self.folder, self.on = on_cycles.version() + ", its own nodes", folder, on_cycles
@@ -163,15 +161,7 @@ class Cycles:
         background = nodes.add("ShaderNodeBackground", Strength=1.0)
         background.inputs[0].default_value = [*radiance, 1]
         nodes.add("ShaderNodeOutputWorld", Surface=background)
-        lens = 18 / np.tan(np.radians(camera["hfov"]) / 2)
-        placed = on_cycles.add_camera(self.scene, sensor_width=36, sensor_fit="HORIZONTAL", lens=float(lens), clip_end=1e4)
-        back = np.subtract(camera["origin"], camera["target"])
-        back = back / np.linalg.norm(back)
-        right = np.cross(camera["up"], back)
-        right /= np.linalg.norm(right)
-        frame = np.eye(4)
-        frame[:3, :3], frame[:3, 3] = np.stack([right, np.cross(back, right), back], 1), camera["origin"]
-        placed.matrix_world = mathutils.Matrix(frame.tolist())
+        on_cycles.aim_camera(self.scene, camera["origin"], camera["target"], camera["hfov"], clip_end=1e4)
 
     def material(self, bpy, material):
         import numpy as np

@@ -5,8 +5,9 @@ Each case is rendered or shot from the same meshes, with the same number of samp
 
 - oslcl: the binary, 32-bit floats unless --precision says otherwise; rays are shot by trace() of a shader. What only our own tests can
   measure is taken from docs/reports/stability.md, in a column of its own.
-- Mitsuba 3 (`pip install mitsuba`): pictures in scalar_rgb, rays and BSDFs in llvm_ad_rgb, which needs LLVM 16 or newer, for processors that it does not know yet 19: name its
-  library by DRJIT_LIBLLVM_PATH if an older one is found first. Once with the default ray test, once with Embree's robust mode.
+- Mitsuba 3 (`pip install mitsuba`): pictures in scalar_rgb, rays and BSDFs in llvm_ad_rgb, which needs LLVM 16 or newer, on new
+  processors 19: name its library by DRJIT_LIBLLVM_PATH if an older one is found first. Once with the default ray test, once with
+  Embree's robust mode.
 - Cycles, as Blender's Python module (`pip install bpy`, which wants the Python version of its wheel). Rays are shot by a camera of
   its own, an OSL shader.
 

@@ -354,11 +354,14 @@ fn followed_paths_are_the_same_paths() {
     for settings in others {
         let (picture, summary) = render_with(&scene, settings);
         let (apart, kernels) = render_with(&scene, &[settings, &[("follow", "off")]].concat());
-        assert_eq!(summary.counts, kernels.counts, "{settings:?}");
-        // Relaxed arithmetic is rounded as the kernel around it lets it.
-        match settings.contains(&("precision", "fast")) {
-            true => assert!((mean(&picture)[1] / mean(&apart)[1] - 1.0).abs() < 1e-4, "{settings:?}"),
-            false => assert!(picture.pixels == apart.pixels, "{settings:?}: other bits"),
+        assert_eq!(summary.counts.samples, kernels.counts.samples, "{settings:?}");
+        if settings.contains(&("precision", "fast")) {
+            // Relaxed arithmetic is rounded as the kernel around it lets it, and a rounding may send a path elsewhere.
+            let (followed, apart) = (mean(&picture), mean(&apart));
+            assert!((0..3).all(|c| (followed[c] / apart[c] - 1.0).abs() < 1e-4), "{followed:?} {apart:?}");
+        } else {
+            assert_eq!(summary.counts, kernels.counts, "{settings:?}");
+            assert!(picture.pixels == apart.pixels, "{settings:?}: other bits");
         }
         let launched = |summary: &Summary, name: &str| summary.launches.keys().any(|(stage, _)| stage.name() == name);
         assert!(launched(&summary, "follow_path") && !launched(&summary, "sample_next"), "{settings:?}");

@@ -384,7 +384,7 @@ impl Layout {
         0..1
     }
 
-    /// Those that are read in the round that fills them, whatever it is that fills them.
+    /// Those that are read in the round that fills them.
     pub fn other_queues(&self) -> Range<u32> {
         1..self.light_queue(self.shaded_lights)
     }

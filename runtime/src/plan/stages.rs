@@ -68,7 +68,7 @@ pub struct ProgramPlan {
 /// Every program of a plan: one per stage, one per material.
 pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>]) -> Vec<ProgramPlan> {
     let mut stages = vec![Stage::RayGen, Stage::Trace, Stage::Accumulate, Stage::Resolve];
-    // Without lights to ask, `select_bsdf` goes on to the next edge itself.
+    // Without lights to ask, `select_bsdf` goes on to the next edge itself; `follow_path` does all of it.
     if plan.layout.queue("scatter").is_some() && !plan.follows() {
         stages.extend([Stage::SampleLight, Stage::TraceShadow, Stage::SampleNext]);
     }
@@ -84,8 +84,8 @@ pub(super) fn programs(plan: &Plan, scene: &Scene, materials: &[Option<Artifact>
         .collect();
     for &id in &plan.surface_materials {
         let Some(code) = &materials[id.0 as usize] else { continue };
-        let mut macros = of_artifact(plan, code);
         let mut stages = vec![if plan.follows() { Stage::FollowPath } else { Stage::SelectBsdf }];
+        let mut macros = of_artifact(plan, code);
         if code.emission != Radiance::None {
             macros.push("MATERIAL_EMITS".to_owned());
         }

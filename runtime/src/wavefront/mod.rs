@@ -388,8 +388,7 @@ impl<'a> Wavefront<'a> {
         Err(self.device.lost("paths were left over when all should have ended"))
     }
 
-    /// Every stage once; then all queues are empty but that of `trace`, and those of materials that others' paths came to when their
-    /// own turn was over.
+    /// Every stage once. Then queues are empty but that of `trace`, and those of materials whose turn was over when another's path came.
     fn round(&mut self) -> Result<(), Error> {
         let plan = self.plan;
         self.stage(Stage::Trace, None, 0)?;
